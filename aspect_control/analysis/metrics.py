@@ -1,0 +1,106 @@
+"""Figures of merit of a run."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import controllers
+from ..redundancy import Array
+from ..simulation import Run
+
+
+class ZeroCrossing(NamedTuple):
+    """One minor changing sign.
+
+    Attributes:
+        minor: Which one, counted from 1 in the order of `redundancy.minor_columns`.
+        time: When, s; interpolated linearly between the samples on both sides.
+    """
+
+    minor: int
+    time: float
+
+
+def minor_zero_crossings(run: Run) -> list[ZeroCrossing]:
+    """Return every sign change of a minor, in order of time."""
+    crossings = []
+    for index, values in enumerate(run.minors.T):
+        sampled = np.flatnonzero(values)
+        changes = np.flatnonzero(np.diff(np.sign(values[sampled])))
+        before, after = sampled[changes], sampled[changes + 1]
+        share = values[before] / (values[before] - values[after])
+        times = run.t[before] + share * (run.t[after] - run.t[before])
+        crossings += [ZeroCrossing(index + 1, float(time)) for time in times]
+    return sorted(crossings, key=lambda crossing: crossing.time)
+
+
+def aspect_preserved(run: Run) -> bool:
+    """Tell whether every minor keeps the sign that it has at the start, and none is zero."""
+    signs = np.sign(run.minors)
+    return bool(np.all(signs == signs[:1]) and np.all(signs != 0.0))
+
+
+def peak_torque(run: Run) -> tuple[Array, Array]:
+    """Return the largest |τ| of each joint, shape (nv,), N m, and when it occurs, shape (nv,), s."""
+    magnitude = np.abs(run.tau)
+    return magnitude.max(axis=0), run.t[magnitude.argmax(axis=0)]
+
+
+def total_variation(values: Array) -> Array:
+    """Return Σ|x_{i+1} − x_i| of each column, shape (n,), in the unit of `values`, shape (k, n)."""
+    variation: Array = np.abs(np.diff(values, axis=0)).sum(axis=0)
+    return variation
+
+
+def intervals(t: Array, on: NDArray[np.bool_]) -> list[tuple[float, float]]:
+    """Return where a sampled condition holds, as [start, end) in seconds.
+
+    Args:
+        t: Times, shape (k,), s.
+        on: The condition at those times, shape (k,); it holds until the next sample.
+
+    Returns:
+        Start and end of each stretch; one that is still on at the last sample ends there.
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], on, [False])).astype(np.int8)))
+    last = len(t) - 1
+    return [(float(t[start]), float(t[min(end, last)])) for start, end in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def summarize(run: Run) -> dict[str, Any]:
+    """Return the run's figures of merit as plain numbers, strings and lists, for JSON.
+
+    Returns:
+        `status`; `peak_torque` (N m) and `peak_torque_time` (s), one a joint; `aspect_preserved`;
+        `minor_zero_crossings`, a list of `{"minor": counted from 1, "time": s}`; `maciejewski_product_max`
+        (rad²/s³) and `maciejewski_product_max_time` (s); `max_tracking_error` (m); `torque_total_variation` (N m, one
+        a joint); `torque_squared_integral` (N² m² s); and, for laws that switch, `null_space_term_on`, a list of
+        [start, end] in s.
+    """
+    torques, times = peak_torque(run)
+    product = run.maciejewski_product
+    summary = {
+        "status": run.status,
+        "peak_torque": torques.tolist(),
+        "peak_torque_time": [_seconds(time) for time in times],
+        "aspect_preserved": aspect_preserved(run),
+        "minor_zero_crossings": [{"minor": minor, "time": _seconds(time)} for minor, time in minor_zero_crossings(run)],
+        "maciejewski_product_max": float(product.max()),
+        "maciejewski_product_max_time": _seconds(run.t[product.argmax()]),
+        "max_tracking_error": float(run.tracking_error.max()),
+        "torque_total_variation": total_variation(run.tau).tolist(),
+        "torque_squared_integral": float((run.tau[:-1] ** 2).sum() * run.info.dt),
+    }
+    if controllers.find(run.info.controller).switches:
+        summary["null_space_term_on"] = [
+            [_seconds(start), _seconds(end)] for start, end in intervals(run.t, run.null_space_term_on)
+        ]
+    return summary
+
+
+def _seconds(time: float) -> float:
+    """Round the noise of i·dt away."""
+    return round(float(time), 9)

@@ -1,0 +1,40 @@
+"""Each claim of the paper's Section 4: what it says, what was measured, and whether they agree.
+
+A verdict is computed from the measurement, by the criterion that stands in the code beside it.
+"""
+
+from __future__ import annotations
+
+from ..trajectory_a import Reproduction
+from .claim import AGREES, DIFFERS, NOT_MEASURED, PARTLY, Claim, torque_peaks
+from .cost import cost_claims
+from .hypothesis import hypothesis_claims
+from .jmdc import jmdc_claims
+from .modified import modified_claims
+from .null_space_vector import minors_claims, null_space_vector_claims
+
+__all__ = ["AGREES", "DIFFERS", "NOT_MEASURED", "PARTLY", "Claim", "claims", "torque_peaks"]
+
+_GROUPS = (
+    null_space_vector_claims,
+    minors_claims,
+    modified_claims,
+    jmdc_claims,
+    cost_claims,
+    hypothesis_claims,
+)
+
+
+def claims(reproduction: Reproduction) -> list[Claim]:
+    """Hold the runs of trajectory A against the paper's Section 4, in the paper's order.
+
+    Where a run ended early, as at sampling times far above the paper's, there is nothing to hold against the paper, and
+    one row says so.
+    """
+    ended_early = [run for run in reproduction.runs.values() if run.status != "finished"]
+    if ended_early:
+        return [
+            Claim(run.info.controller, "The motion of 2 s is completed.", run.message, NOT_MEASURED)
+            for run in ended_early
+        ]
+    return [claim for group in _GROUPS for claim in group(reproduction)]

@@ -1,0 +1,100 @@
+"""The paper's case: trajectory A on the planar arm, the start, the laws and their settings (Section 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import controllers
+from ..arm import Arm
+from ..resources import model_path
+from ..simulation import Run, simulate
+from ..trajectories import StraightLine
+from .limit import ContinuousLimit, continuous_limit
+
+LAWS = ("pseudoinverse", "null-space-vector", "modified-null-space-vector", "jmdc")
+"""The laws that are compared, by registry name."""
+
+FIGURES = {"fig2": "null-space-vector", "fig3": "modified-null-space-vector", "fig4": "jmdc"}
+"""The paper's figures and the laws that they show."""
+
+Q0 = np.deg2rad([-50.0, 140.0, -140.0])
+"""The initial configuration, rad."""
+
+TRAJECTORY = StraightLine([1.5, 1.0], duration=2.0, profile="bang-bang")
+"""Trajectory A: accelerations ±[1.5, 1.0] m/s² over 1 s each."""
+
+SAMPLING_TIMES = (1e-3, 5e-4, 2.5e-4, 1.25e-4)
+"""Sampling times at which the null space vector method is run to see where it converges, s."""
+
+
+class Reproduction(NamedTuple):
+    """The runs of the paper's case.
+
+    Attributes:
+        dt: Sampling time, s.
+        runs: The run of each law of `LAWS`.
+        without_minor_measure: JMDC with κ = 0.
+        refined: Null space vector runs at `SAMPLING_TIMES`.
+        limit: The null space vector method in continuous time, to which `refined` converges.
+    """
+
+    dt: float
+    runs: dict[str, Run]
+    without_minor_measure: Run
+    refined: list[Run]
+    limit: ContinuousLimit
+
+
+def planar_arm() -> Arm:
+    """Return the paper's arm, moving in a horizontal plane: no gravity."""
+    return Arm.from_urdf(model_path("planar3r.urdf"), frame="tool", task="xy", gravity=(0.0, 0.0, 0.0))
+
+
+def run_law(law: str, dt: float, progress: Callable[[float], None] | None = None, **parameters: float) -> Run:
+    """Run one law on trajectory A.
+
+    Args:
+        law: Registry name of the law.
+        dt: Sampling time, s.
+        progress: As for `simulate`.
+        **parameters: The law's parameters, where they are not the defaults.
+    """
+    controller = controllers.create(law, planar_arm(), **parameters)
+    return simulate(controller, TRAJECTORY, q0=Q0, dt=dt, progress=progress)
+
+
+def reproduce(
+    dt: float,
+    *,
+    keep: Callable[[str, Run], None],
+    progress: Callable[[str, float], None],
+) -> Reproduction:
+    """Run everything that the report on the paper's Section 4 needs.
+
+    Args:
+        dt: Sampling time of the laws' runs, s.
+        keep: Called with the name and the run of each law as soon as it is there.
+        progress: Called with what is being done and the part of all work that is done, 0 to 1.
+    """
+    total = 2.0 / dt * (len(LAWS) + 1) + sum(2.0 / finer for finer in SAMPLING_TIMES)
+    done = 0.0
+
+    def run(label: str, law: str, dt: float, **parameters: float) -> Run:
+        nonlocal done
+        samples = 2.0 / dt
+        result = run_law(law, dt, lambda part: progress(label, (done + part * samples) / total), **parameters)
+        done += samples
+        return result
+
+    runs = {}
+    for law in LAWS:
+        runs[law] = run(law, law, dt)
+        keep(law, runs[law])
+    without = run("jmdc with κ = 0", "jmdc", dt, kappa=0.0)
+    refined = [run(f"null-space-vector at {finer:g} s", "null-space-vector", finer) for finer in SAMPLING_TIMES]
+    progress("null-space-vector in continuous time", 1.0)
+    limit = continuous_limit(controllers.NullSpaceVector(planar_arm()), TRAJECTORY, Q0)
+    return Reproduction(dt, runs, without, refined, limit)

@@ -1,0 +1,150 @@
+"""What every torque law is: a function of the state and the target, with checks around it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arm import Arm, ArmState
+from ..checks import finite_vector, gain_matrix, positive
+from ..exceptions import NonFiniteError, NotRedundantError, ShapeError
+from ..redundancy import Array
+from ..trajectories import Target
+
+
+class Controller(ABC):
+    """A torque law for one arm.
+
+    A law implements `command`; one with memory also implements `start`. Users call `reset` once and then `torque` at
+    every sample.
+
+    Attributes:
+        name: Name in the registry.
+        switches: Whether the law turns its null-space term on and off.
+        arm: The arm.
+        kp: Position gain, 1/s².
+        kv: Velocity gain, 1/s.
+    """
+
+    name: ClassVar[str]
+    switches: ClassVar[bool] = False
+
+    def __init__(self, arm: Arm, gain_dim: int, kp: ArrayLike, kv: ArrayLike) -> None:
+        """Set the arm and the gains.
+
+        Args:
+            arm: The arm; its task must leave at least one joint spare.
+            gain_dim: Number of coordinates that are fed back.
+            kp: Position gain, 1/s²: a scalar, a vector or a matrix.
+            kv: Velocity gain, 1/s: a scalar, a vector or a matrix.
+
+        Raises:
+            NotRedundantError: If the task takes up every joint.
+            ShapeError: If a gain has the wrong shape.
+            NonFiniteError: If a gain is not finite.
+            ParameterError: If a gain is negative.
+        """
+        if arm.redundancy < 1:
+            raise NotRedundantError(
+                f"{self.name} needs a redundant arm: the task {arm.task} has {arm.task_dim} coordinates, "
+                f"{arm.name!r} has {arm.nv} joints; give a task of at most {arm.nv - 1} coordinates"
+            )
+        self.arm = arm
+        self.kp = gain_matrix("kp", kp, gain_dim)
+        self.kv = gain_matrix("kv", kv, gain_dim)
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The law's parameters as numbers, strings and lists, enough to construct it again on the same arm."""
+        return {"kp": _plain(self.kp), "kv": _plain(self.kv)}
+
+    def reset(self, q: ArrayLike, v: ArrayLike, dt: float) -> None:
+        """Prepare for a motion that starts at (q, v).
+
+        Args:
+            q: Joint configuration, shape (nq,), rad.
+            v: Joint velocity, shape (nv,), rad/s.
+            dt: Time between calls of `torque`, s.
+
+        Raises:
+            ShapeError: If q or v has the wrong shape.
+            NonFiniteError: If q or v is not finite.
+            ParameterError: If dt is not above zero.
+        """
+        q = finite_vector("q", q, self.arm.nq)
+        v = finite_vector("v", v, self.arm.nv)
+        self.start(q.copy(), v.copy(), positive("dt", dt, "s"))
+
+    def torque(self, q: ArrayLike, v: ArrayLike, target: Target) -> Array:
+        """Return the joint torque to apply until the next sample.
+
+        Args:
+            q: Measured joint configuration, shape (nq,), rad.
+            v: Measured joint velocity, shape (nv,), rad/s.
+            target: What the task is to do now.
+
+        Returns:
+            τ, shape (nv,), N m. Always finite.
+
+        Raises:
+            ShapeError: If q, v or the target has the wrong shape.
+            NonFiniteError: If q or v is not finite, or the torque overflows.
+            NotResetError: If the law has memory and `reset` was not called.
+        """
+        if target.x.shape != (self.arm.task_dim,):
+            raise ShapeError(
+                f"the target must have {self.arm.task_dim} coordinates {self.arm.task}, got {target.x.shape[0]}"
+            )
+        state = self.arm.state(q, v)
+        tau = self.command(state, target)
+        if not np.isfinite(tau).all():
+            raise NonFiniteError(
+                f"{self.name}: the torque overflows at a joint speed of {np.abs(state.v).max():.3g} rad/s"
+            )
+        return tau
+
+    @abstractmethod
+    def command(self, state: ArmState, target: Target) -> Array:
+        """Return the joint torque of the law, shape (nv,), N m, for a valid state and target."""
+
+    def start(self, q: Array, v: Array, dt: float) -> None:  # noqa: B027
+        """Set the law's memory for a motion that starts at (q, v); nothing to do for a law without memory."""
+
+
+class TaskSpaceController(Controller):
+    """A law that commands a task acceleration and feeds back the task error."""
+
+    def __init__(self, arm: Arm, *, kp: ArrayLike = 100.0, kv: ArrayLike = 20.0) -> None:
+        """Set the arm and the task-space gains.
+
+        Args:
+            arm: The arm; its task must leave at least one joint spare.
+            kp: Position gain K_p, 1/s²: a scalar, a vector of m entries or an (m, m) matrix.
+            kv: Velocity gain K_v, 1/s: a scalar, a vector of m entries or an (m, m) matrix.
+
+        Raises:
+            NotRedundantError: If the task takes up every joint.
+            ShapeError: If a gain has the wrong shape.
+            NonFiniteError: If a gain is not finite.
+            ParameterError: If a gain is negative.
+        """
+        super().__init__(arm, arm.task_dim, kp, kv)
+
+    def commanded_acceleration(self, state: ArmState, target: Target) -> Array:
+        """Return ẍ_d + K_v ė + K_p e − J̇θ̇ of Eq. (5), shape (m,), m/s²."""
+        acceleration: Array = (
+            target.ddx + self.kv @ (target.dx - state.dx) + self.kp @ (target.x - state.x) - state.drift
+        )
+        return acceleration
+
+
+def _plain(gain: Array) -> float | list[float] | list[list[float]]:
+    diagonal = np.diag(gain)
+    if not np.array_equal(gain, np.diag(diagonal)):
+        return [[float(entry) for entry in row] for row in gain]
+    if np.all(diagonal == diagonal[0]):
+        return float(diagonal[0])
+    return [float(entry) for entry in diagonal]

@@ -1,0 +1,61 @@
+"""Control laws by name, this package's and anybody's, through the entry points `aspect_control.controllers`."""
+
+from __future__ import annotations
+
+import inspect
+from importlib.metadata import entry_points
+from typing import Any
+
+from ..arm import Arm
+from ..exceptions import ControllerNotFoundError, UnknownNameError
+from .base import Controller
+
+ENTRY_POINT_GROUP = "aspect_control.controllers"
+"""A package adds a law by an entry point of this group: registry name = "module:Class"."""
+
+
+def available() -> tuple[str, ...]:
+    """Return the registry names of all installed laws, sorted."""
+    return tuple(sorted(entry_points(group=ENTRY_POINT_GROUP).names))
+
+
+def find(name: str) -> type[Controller]:
+    """Return the class of a law.
+
+    Args:
+        name: Its registry name.
+
+    Raises:
+        ControllerNotFoundError: If there is none of that name; the message lists those that exist.
+    """
+    matches = entry_points(group=ENTRY_POINT_GROUP, name=name)
+    if not matches:
+        raise ControllerNotFoundError(name, available())
+    law: type[Controller] = next(iter(matches)).load()
+    return law
+
+
+def parameter_names(law: type[Controller]) -> tuple[str, ...]:
+    """Return the names of the parameters that a law takes besides the arm."""
+    return tuple(name for name in inspect.signature(law).parameters if name != "arm")
+
+
+def create(name: str, arm: Arm, **parameters: Any) -> Controller:
+    """Construct a law by name.
+
+    Args:
+        name: Registry name of the law.
+        arm: The arm.
+        **parameters: The law's own parameters, such as `kp=100.0`.
+
+    Raises:
+        ControllerNotFoundError: If there is no such law.
+        UnknownNameError: If the law has no such parameter; the message lists those that it has.
+        AspectControlError: As the law's constructor does.
+    """
+    law = find(name)
+    allowed = parameter_names(law)
+    for parameter in parameters:
+        if parameter not in allowed:
+            raise UnknownNameError(parameter, allowed, context=repr(name), kind="parameter")
+    return law(arm, **parameters)

@@ -1,0 +1,92 @@
+"""Errors of the package: every one says what was given, what was expected and, for names, what exists."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class AspectControlError(Exception):
+    """Base class of every error that this package raises on purpose."""
+
+
+class ModelError(AspectControlError):
+    """A robot description cannot be read, or does not describe an arm."""
+
+
+class NotRedundantError(AspectControlError):
+    """The task takes up every joint, so that there is no redundancy to resolve."""
+
+
+class ParameterError(AspectControlError, ValueError):
+    """A parameter has a value outside its range, or is no parameter at all."""
+
+
+class ShapeError(AspectControlError, ValueError):
+    """An array has the wrong number of dimensions or entries."""
+
+
+class NonFiniteError(AspectControlError, ValueError):
+    """An array holds NaN or infinity, or a computation would have produced one."""
+
+
+class NotResetError(AspectControlError):
+    """A law with memory was asked for a torque before `reset(q, v, dt)`."""
+
+
+class RunFileError(AspectControlError):
+    """A file is not a recorded run, or not one that this version can read."""
+
+
+class OutputError(AspectControlError):
+    """A result cannot be written where it was asked for."""
+
+
+class UnknownNameError(AspectControlError, LookupError):
+    """A name is not among those that exist.
+
+    Attributes:
+        name: The name that was given.
+        available: The names that exist.
+    """
+
+    kind = "name"
+
+    def __init__(self, name: object, available: Iterable[str], context: str = "", kind: str = "") -> None:
+        """Build the message.
+
+        Args:
+            name: The name that was given.
+            available: The names that exist.
+            context: Where it was looked for, such as `"planar3r.urdf"`; empty for nowhere in particular.
+            kind: What the name stands for; empty for the class's own kind.
+        """
+        self.name = name
+        self.available = tuple(available)
+        where = f" in {context}" if context else ""
+        nearest = difflib.get_close_matches(str(name), self.available, n=3, cutoff=0.5)
+        hint = f"did you mean {_quoted(nearest)}? " if nearest else ""
+        existing = _quoted(self.available) if self.available else "none"
+        super().__init__(f"unknown {kind or self.kind} {name!r}{where}: {hint}available: {existing}")
+
+
+class FrameNotFoundError(UnknownNameError):
+    """The model has no frame of that name."""
+
+    kind = "frame"
+
+
+class TaskError(UnknownNameError):
+    """The task is no known name and no set of task coordinates."""
+
+    kind = "task"
+
+
+class ControllerNotFoundError(UnknownNameError):
+    """No control law is registered under that name."""
+
+    kind = "controller"
+
+
+def _quoted(names: Iterable[str]) -> str:
+    return ", ".join(repr(name) for name in names)

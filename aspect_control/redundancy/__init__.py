@@ -1,0 +1,32 @@
+"""The mathematics of redundancy, free of robots: arrays in, arrays out."""
+
+from .array import Array
+from .minors import (
+    aspect_signature,
+    manipulability,
+    minor_columns,
+    minor_measure,
+    minor_measure_gradient,
+    minors,
+)
+from .pseudoinverse import null_space_basis, null_space_projector, pseudoinverse
+from .stability import homogeneous_acceleration, homogeneous_velocity
+from .torque import minimum_torque, pseudoinverse_torque, task_acceleration
+
+__all__ = [
+    "Array",
+    "aspect_signature",
+    "homogeneous_acceleration",
+    "homogeneous_velocity",
+    "manipulability",
+    "minimum_torque",
+    "minor_columns",
+    "minor_measure",
+    "minor_measure_gradient",
+    "minors",
+    "null_space_basis",
+    "null_space_projector",
+    "pseudoinverse",
+    "pseudoinverse_torque",
+    "task_acceleration",
+]

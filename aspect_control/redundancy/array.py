@@ -1,0 +1,11 @@
+"""The one array type of the package."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+"""A NumPy array of double-precision numbers; shapes and units stand in the docstrings."""

@@ -1,0 +1,133 @@
+"""Full-row-rank minors of a Jacobian: the aspects, the manipulability and the minor measure.
+
+A minor δ_S is the determinant of the m columns S of the (m, n) Jacobian J. The arm leaves its aspect where one of
+them changes sign.
+
+**Order and sign.** The subsets are listed by cyclic rotation: {1, …, m} first, then each of its rotations through the
+n columns, then the lexicographically smallest subset not listed yet with its rotations, and so on. The columns of
+a minor stand in rotated order, which fixes its sign. For n = 3, m = 2 this gives Eqs. (22)–(24) of the paper,
+δ₁ = det[J¹ J²], δ₂ = det[J² J³], δ₃ = det[J³ J¹]; `minor_columns` gives it for every n and m.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .array import Array
+
+
+@lru_cache(maxsize=64)
+def minor_columns(n: int, m: int) -> NDArray[np.intp]:
+    """Return which columns each minor takes, in the order and sign described above.
+
+    Args:
+        n: Number of joints.
+        m: Number of task coordinates, 1 ≤ m ≤ n.
+
+    Returns:
+        Column indices counted from 0, shape (p, m) with p = n! / (m! (n − m)!); read-only.
+    """
+    listed: dict[frozenset[int], tuple[int, ...]] = {}
+    for subset in combinations(range(n), m):
+        for shift in range(n):
+            rotated = tuple((column + shift) % n for column in subset)
+            if listed.setdefault(frozenset(rotated), rotated) is not rotated:
+                break
+    columns = np.array(list(listed.values()), dtype=np.intp)
+    columns.flags.writeable = False
+    return columns
+
+
+def minors(J: Array) -> Array:
+    """Return every m-th order minor δ_i of J; Eqs. (22)–(24) for n = 3, m = 2.
+
+    Args:
+        J: Jacobian or a stack of them, shape (..., m, n).
+
+    Returns:
+        The minors in the order of `minor_columns`, shape (..., p). Their unit is the product of the units of J's rows:
+        m² for two positions and revolute joints.
+    """
+    result: Array = np.linalg.det(_square_submatrices(J))
+    return result
+
+
+def aspect_signature(J: Array) -> NDArray[np.int8]:
+    """Return the sign of every minor: two configurations joined by a path of one signature share an aspect.
+
+    Args:
+        J: Jacobian or a stack of them, shape (..., m, n).
+
+    Returns:
+        −1, 0 (on a border) or 1 for each minor in the order of `minor_columns`, shape (..., p).
+    """
+    return np.sign(minors(J)).astype(np.int8)
+
+
+def manipulability(J: Array) -> Array:
+    """Return w = √det(J Jᵀ), Eq. (25), as the product of the singular values of J.
+
+    By the Cauchy-Binet theorem w² is the sum of the squares of all minors.
+
+    Args:
+        J: Jacobian or a stack of them, shape (..., m, n) with m ≤ n.
+
+    Returns:
+        w, shape (...), in the unit of the minors.
+    """
+    result: Array = np.linalg.svd(J, compute_uv=False).prod(axis=-1)
+    return result
+
+
+def minor_measure(J: Array) -> Array:
+    """Return H = |δ₁ δ₂ … δ_p|^(1/p), Eq. (18): the geometric mean of the minors' magnitudes.
+
+    Args:
+        J: Jacobian or a stack of them, shape (..., m, n).
+
+    Returns:
+        H, shape (...), in the unit of the minors; zero on the border of an aspect.
+    """
+    with np.errstate(divide="ignore"):
+        logarithms = np.log(np.abs(minors(J)))
+    measure: Array = np.exp(logarithms.mean(axis=-1))
+    return measure
+
+
+def minor_measure_gradient(J: Array, dJ: Array) -> Array:
+    """Return ∇H, the gradient of the minor measure of Eq. (18) with respect to the joint coordinates.
+
+    From ∂ ln|δ_S| / ∂q_k = tr(J_S⁻¹ ∂J_S/∂q_k), summed over all minors before it meets ∂J/∂q: the inverses are added
+    up into one (n, m) matrix, which is contracted once with the kinematic Hessian.
+
+    On the border of an aspect, where a minor is zero to machine precision, H has a cusp and no gradient. The
+    result there is zero: no side of the border is preferred.
+
+    Args:
+        J: Jacobian, shape (m, n).
+        dJ: Its derivatives dJ[i, j, k] = ∂J[i, j] / ∂q_k, shape (m, n, n).
+
+    Returns:
+        ∇H, shape (n,), in the unit of H per rad (per m for a prismatic joint). Never NaN.
+    """
+    m, n = J.shape
+    columns = minor_columns(n, m)
+    submatrices = _square_submatrices(J)
+    values = np.linalg.det(submatrices)
+    largest = np.linalg.norm(submatrices, axis=-2).prod(axis=-1)
+    if np.any(np.abs(values) <= 2 * m * np.finfo(np.float64).eps * largest):
+        return np.zeros(n)
+    summed_inverses = np.zeros((n, m))
+    np.add.at(summed_inverses, columns, np.linalg.inv(submatrices))
+    measure = np.exp(np.log(np.abs(values)).mean())
+    gradient: Array = measure / len(columns) * np.einsum("ji,ijk->k", summed_inverses, dJ)
+    return gradient
+
+
+def _square_submatrices(J: Array) -> Array:
+    m, n = J.shape[-2:]
+    return np.moveaxis(J[..., minor_columns(n, m)], -2, -3)

@@ -1,0 +1,37 @@
+"""The arm as a plant: what it does under a torque."""
+
+from __future__ import annotations
+
+import pinocchio as pin
+
+from ..arm import Arm
+from ..redundancy import Array
+
+
+class Plant:
+    """Ideal rigid-body dynamics of an arm, by the articulated body algorithm."""
+
+    def __init__(self, arm: Arm) -> None:
+        """Set the arm, whose model is shared and whose buffers are not."""
+        self._model = arm.model
+        self._data = arm.model.createData()
+
+    def acceleration(self, q: Array, v: Array, tau: Array) -> Array:
+        """Return θ̈ = M⁻¹(τ − N), shape (nv,), rad/s².
+
+        Args:
+            q: Joint configuration, shape (nq,), rad.
+            v: Joint velocity, shape (nv,), rad/s.
+            tau: Joint torque, shape (nv,), N m.
+        """
+        result: Array = pin.aba(self._model, self._data, q, v, tau)
+        return result
+
+    def integrate(self, q: Array, displacement: Array) -> Array:
+        """Return q ⊕ displacement on the configuration manifold, shape (nq,), rad."""
+        result: Array = pin.integrate(self._model, q, displacement)
+        return result
+
+    def energy(self, q: Array, v: Array) -> float:
+        """Return the kinetic plus the potential energy, J; the potential is zero at the world's origin."""
+        return float(pin.computeMechanicalEnergy(self._model, self._data, q, v))

@@ -1,0 +1,256 @@
+"""The recording of a closed-loop run, and what follows from it for every law alike."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import zipfile
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arm import Arm, ArmState
+from ..exceptions import AspectControlError, RunFileError
+from ..files import atomic_path
+from ..redundancy import (
+    Array,
+    homogeneous_acceleration,
+    homogeneous_velocity,
+    minimum_torque,
+    minors,
+    pseudoinverse_torque,
+    task_acceleration,
+)
+
+FORMAT = "aspect-control run 1"
+"""What the file says of itself; the number changes when old versions could not read it."""
+
+_ARRAYS = ("t", "q", "v", "tau", "x_desired", "dx_desired", "ddx_desired")
+
+
+@dataclass(frozen=True)
+class RunInfo:
+    """How a run came about.
+
+    Attributes:
+        controller: Registry name of the law.
+        parameters: Its parameters, as plain numbers, strings and lists.
+        trajectory: The trajectory as it was constructed.
+        dt: Sampling time, s.
+        integrator: Name of the integrator.
+        status: `"finished"` or `"diverged"`.
+        message: The status in words, with the time.
+        versions: Versions of Python and of the packages that computed the run.
+    """
+
+    controller: str
+    parameters: dict[str, Any]
+    trajectory: str
+    dt: float
+    integrator: str
+    status: str
+    message: str
+    versions: dict[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A recorded run of k samples; the torque of a sample is held until the next.
+
+    Everything else is computed from the recording and the arm when it is asked for.
+
+    Attributes:
+        t: Times, shape (k,), s.
+        q: Joint configurations, shape (k, nq), rad.
+        v: Joint velocities, shape (k, nv), rad/s.
+        tau: Joint torques, shape (k, nv), N m.
+        x_desired: Desired task coordinates, shape (k, m), m.
+        dx_desired: Desired task velocities, shape (k, m), m/s.
+        ddx_desired: Desired task accelerations, shape (k, m), m/s².
+        arm: The arm.
+        info: How the run came about.
+    """
+
+    t: Array
+    q: Array
+    v: Array
+    tau: Array
+    x_desired: Array
+    dx_desired: Array
+    ddx_desired: Array
+    arm: Arm
+    info: RunInfo
+
+    @property
+    def status(self) -> str:
+        """`"finished"` or `"diverged"`."""
+        return self.info.status
+
+    @property
+    def message(self) -> str:
+        """The status in words, with the time."""
+        return self.info.message
+
+    @cached_property
+    def x(self) -> Array:
+        """Task coordinates, shape (k, m), m."""
+        return self._stack((self.arm.task_position(q) for q in self.q), (self.arm.task_dim,))
+
+    @cached_property
+    def tracking_error(self) -> Array:
+        """Distance ‖x_d − x‖ between the desired and the actual task coordinates, shape (k,), m."""
+        error: Array = np.linalg.norm(self.x_desired - self.x, axis=1)
+        return error
+
+    @cached_property
+    def jacobians(self) -> Array:
+        """Jacobians of the task coordinates, shape (k, m, nv)."""
+        return self._stack((self.arm.jacobian(q) for q in self.q), (self.arm.task_dim, self.arm.nv))
+
+    @cached_property
+    def minors(self) -> Array:
+        """Full-row-rank minors in the order of `redundancy.minor_columns`, shape (k, p)."""
+        return minors(self.jacobians)
+
+    @cached_property
+    def homogeneous_velocity(self) -> Array:
+        """Self-motion θ̇_H = (I − J⁺J)θ̇, Eq. (15), shape (k, nv), rad/s."""
+        pairs = zip(self.jacobians, self.v, strict=True)
+        return self._stack((homogeneous_velocity(J, v) for J, v in pairs), (self.arm.nv,))
+
+    @cached_property
+    def pseudoinverse_torque(self) -> Array:
+        """τ̃ of Eq. (7) for the task acceleration that the recorded torque brings about, shape (k, nv), N m."""
+        return self._stack(
+            (pseudoinverse_torque(s.M, s.nle, s.J, b) for s, b in self._states_and_accelerations()), (self.arm.nv,)
+        )
+
+    @cached_property
+    def homogeneous_acceleration(self) -> Array:
+        """(I − J⁺J)θ̈ = M⁻¹(τ − τ̃), the null-space acceleration that the torque brings about, shape (k, nv), rad/s²."""
+        rows = zip(self._states, self.tau, self.pseudoinverse_torque, strict=True)
+        return self._stack((homogeneous_acceleration(s.M, tau, tilde) for s, tau, tilde in rows), (self.arm.nv,))
+
+    @cached_property
+    def maciejewski_product(self) -> Array:
+        """θ̇_H·θ̈_H of Eq. (12), with Eqs. (15) and (16), shape (k,), rad²/s³.
+
+        θ̈_H is the null-space acceleration that minimum torque would add at that state, whatever the law: positive
+        where it would feed the self-motion. τ̃ in Eq. (16) is the one that gives the task acceleration which the
+        recorded torque brings about; for a law of the form of Eq. (5) that is Eq. (7) itself.
+        """
+        pairs = zip(self._states_and_accelerations(), self.pseudoinverse_torque, strict=True)
+        theta_ddot_H = self._stack(
+            (
+                homogeneous_acceleration(s.M, minimum_torque(s.M, s.nle, s.J, b), tau_tilde)
+                for (s, b), tau_tilde in pairs
+            ),
+            (self.arm.nv,),
+        )
+        product: Array = np.einsum("ki,ki->k", self.homogeneous_velocity, theta_ddot_H)
+        return product
+
+    @cached_property
+    def null_space_term_on(self) -> NDArray[np.bool_]:
+        """Whether the recorded torque differs from τ̃ of Eq. (7), so that a null-space term acts, shape (k,)."""
+        difference = np.linalg.norm(self.tau - self.pseudoinverse_torque, axis=1)
+        on: NDArray[np.bool_] = difference > 1e-8 * (1.0 + np.linalg.norm(self.tau, axis=1))
+        return on
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the run to a NumPy archive, with the arm, the law, its parameters and the versions used.
+
+        Args:
+            path: The file to write, usually ending in `.npz`. No pickle is involved, here or in `load`.
+
+        Raises:
+            OutputError: If it cannot be written.
+        """
+        header = {
+            "format": FORMAT,
+            "arm": {"urdf": self.arm.urdf, "frame": self.arm.frame, "task": self.arm.task, "gravity": self._gravity},
+            "info": asdict(self.info),
+        }
+        arrays = {name: getattr(self, name) for name in _ARRAYS}
+        with atomic_path(path) as temporary, temporary.open("wb") as file:
+            np.savez_compressed(file, header=np.array(json.dumps(header)), **arrays)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Run:
+        """Read a run that `save` wrote; its arrays come back bit for bit.
+
+        Args:
+            path: The file.
+
+        Raises:
+            RunFileError: If the file is missing, is no recorded run or is damaged.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as archive:
+                header = json.loads(str(archive["header"]))
+                if header["format"] != FORMAT:
+                    raise RunFileError(f"{path} is of format {header['format']!r}, this version reads {FORMAT!r}")
+                arrays = {name: archive[name] for name in _ARRAYS}
+            described = header["arm"]
+            arm = Arm.from_urdf_text(
+                described["urdf"],
+                frame=described["frame"],
+                task=described["task"],
+                gravity=described["gravity"],
+                source=f"the URDF in {path}",
+            )
+            info = RunInfo(**header["info"])
+        except OSError as error:
+            raise RunFileError(f"cannot read run {path}: {error.strerror or error}") from error
+        except AspectControlError:
+            raise
+        except (ValueError, KeyError, TypeError, EOFError, AttributeError, zipfile.BadZipFile) as error:
+            raise RunFileError(f"{path} is not a recorded run (.npz written by Run.save): {error}") from error
+        return cls(**arrays, arm=arm, info=info)
+
+    def __eq__(self, other: object) -> bool:
+        """Tell whether two runs hold the same recording, bit for bit, of the same arm and law."""
+        if not isinstance(other, Run):
+            return NotImplemented
+        same_arm = all(
+            getattr(self.arm, name) == getattr(other.arm, name) for name in ("urdf", "frame", "task")
+        ) and np.array_equal(self.arm.gravity, other.arm.gravity)
+        return same_arm and self.info == other.info and all(_identical(self, other, name) for name in _ARRAYS)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        """Name the law, the arm and how the run ended."""
+        return f"Run({self.info.controller!r} on {self.arm.name!r}, {len(self.t)} samples, {self.info.message})"
+
+    @property
+    def _gravity(self) -> list[float]:
+        return [float(component) for component in self.arm.gravity]
+
+    @cached_property
+    def _states(self) -> list[ArmState]:
+        return [self.arm.state(q, v) for q, v in zip(self.q, self.v, strict=True)]
+
+    def _states_and_accelerations(self) -> Iterator[tuple[ArmState, Array]]:
+        for state, tau in zip(self._states, self.tau, strict=True):
+            yield state, task_acceleration(state.M, state.nle, state.J, tau)
+
+    def _stack(self, rows: Iterator[Array], shape: tuple[int, ...]) -> Array:
+        return np.array(list(rows)).reshape(len(self.t), *shape)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of Python and of the packages that a run depends on."""
+    packages = ("aspect-control", "pin", "numpy")
+    return {"python": platform.python_version(), **{package: version(package) for package in packages}}
+
+
+def _identical(one: Run, other: Run, name: str) -> bool:
+    a, b = getattr(one, name), getattr(other, name)
+    return bool(a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes())

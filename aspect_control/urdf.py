@@ -1,0 +1,77 @@
+"""Reading a URDF into Pinocchio, with errors that say what is wrong with it."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pinocchio as pin
+
+from .exceptions import ModelError
+
+
+def read_urdf(path: str | os.PathLike[str]) -> str:
+    """Return the text of a URDF file.
+
+    Raises:
+        ModelError: If the file is missing or unreadable, with the URDF files that stand beside it.
+    """
+    file = Path(path)
+    try:
+        return file.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        beside = sorted(other.name for other in file.parent.glob("*.urdf")) if file.parent.is_dir() else []
+        existing = f"that folder has {', '.join(beside)}" if beside else f"there is no URDF file in {file.parent}"
+        raise ModelError(f"no such URDF file: {file}; {existing}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ModelError(f"cannot read URDF file {file}: {error}") from error
+
+
+def parse_urdf(text: str, name: str) -> Any:
+    """Build a `pin.Model` from the text of a URDF.
+
+    Args:
+        text: The URDF.
+        name: What the URDF is called in errors, usually its path.
+
+    Returns:
+        The model, with Pinocchio's standard gravity (0, 0, −9.81) m/s².
+
+    Raises:
+        ModelError: If the text is no well-formed XML or no URDF, with the parser's own reason.
+    """
+    try:
+        ElementTree.fromstring(text)
+    except ElementTree.ParseError as error:
+        raise ModelError(f"{name} is not well-formed XML: {error}") from None
+    messages: list[str] = []
+    try:
+        with _native_stderr(messages):
+            model = pin.buildModelFromXML(text)
+    except (ValueError, RuntimeError) as error:
+        reason = " ".join(" ".join(messages).replace("Error:", "").split("at line")[0].split()) or str(error)
+        raise ModelError(f"{name} is not a valid URDF: {reason}") from None
+    sys.stderr.writelines(messages)
+    return model
+
+
+@contextmanager
+def _native_stderr(messages: list[str]) -> Iterator[None]:
+    """Collect what native code prints on file descriptor 2: urdfdom explains itself nowhere else."""
+    with tempfile.TemporaryFile() as capture:
+        sys.stderr.flush()
+        saved = os.dup(2)
+        os.dup2(capture.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(saved, 2)
+            os.close(saved)
+            capture.seek(0)
+            messages.extend(capture.read().decode(errors="replace").splitlines(keepends=True))

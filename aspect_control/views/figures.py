@@ -1,0 +1,98 @@
+"""Figures of runs. Nothing is shown on a screen: every function returns a figure without a window."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..files import atomic_path
+from ..simulation import Run
+from .panels import draw_arm_motion, draw_maciejewski_product, draw_minors, draw_torques, minor_unit
+from .style import COLOURS, DASHES, law_name, style
+
+
+def run_figure(run: Run, title: str = "") -> Any:
+    """Draw a run as the paper's Figs. 2 to 4 do.
+
+    Args:
+        run: The run.
+        title: Heading of the figure; empty for the law's name.
+
+    Returns:
+        A `matplotlib.figure.Figure` with the panels (a) arm motion, (b) joint torques, (c) minors with their sign
+        changes marked, (d) θ̇_H·θ̈_H.
+    """
+    from matplotlib.figure import Figure
+
+    with style():
+        figure = Figure(figsize=(10.0, 8.0), layout="constrained")
+        axes = figure.subplots(2, 2)
+        time_colour = draw_arm_motion(axes[0, 0], run)
+        figure.colorbar(time_colour, ax=axes[0, 0], label="time (s)", location="bottom", shrink=0.6, aspect=30)
+        draw_torques(axes[0, 1], run)
+        draw_minors(axes[1, 0], run)
+        draw_maciejewski_product(axes[1, 1], run)
+        names = ("(a) arm motion", "(b) joint torques", "(c) minors", r"(d) $\dot{\theta}_H \cdot \ddot{\theta}_H$")
+        for panel, name in zip(axes.flat, names, strict=True):
+            panel.set_title(name)
+        for panel in axes.flat[1:]:
+            panel.set_xlim(run.t[0], run.t[-1])
+        figure.suptitle(title or law_name(run.info.controller))
+        return figure
+
+
+def comparison_figure(runs: Mapping[str, Run], title: str = "") -> Any:
+    """Draw several runs of one trajectory side by side.
+
+    Args:
+        runs: Runs by registry name of their laws.
+        title: Heading of the figure.
+
+    Returns:
+        A `matplotlib.figure.Figure`: a row of arm motions on one scale, then over time the largest torque and the
+        self-motion speed ‖θ̇_H‖ (logarithmic, for they differ by orders of magnitude) and the smallest |δ_i|.
+    """
+    from matplotlib.figure import Figure
+
+    with style():
+        figure: Any = Figure(figsize=(12.0, 7.2), layout="constrained")
+        top, bottom = figure.subfigures(2, 1, height_ratios=(1.0, 1.4))
+        motions = top.subplots(1, len(runs), sharex=True, sharey=True, squeeze=False)[0]
+        for axes, run in zip(motions, runs.values(), strict=True):
+            time_colour = draw_arm_motion(axes, run)
+            axes.set_title(law_name(run.info.controller))
+            axes.label_outer()
+            axes.get_legend().remove()
+        top.colorbar(time_colour, ax=motions, label="time (s)", shrink=0.8)
+        torque, self_motion, minor = bottom.subplots(1, 3)
+        unit = minor_unit(next(iter(runs.values())).arm)
+        for index, run in enumerate(runs.values()):
+            look = {"color": COLOURS[index % 7], "linestyle": DASHES[index % 7], "label": law_name(run.info.controller)}
+            torque.semilogy(run.t, np.abs(run.tau).max(axis=1), **look)
+            self_motion.semilogy(run.t[1:], np.linalg.norm(run.homogeneous_velocity, axis=1)[1:], **look)
+            minor.plot(run.t, np.abs(run.minors).min(axis=1), **look)
+        torque.set(title="largest joint torque", ylabel=r"max$_i\,|\tau_i|$ (N m)", xlabel="time (s)")
+        self_motion.set(title="self-motion", ylabel=r"$\|\dot{\theta}_H\|$ (rad/s)", xlabel="time (s)")
+        minor.set(title="distance to the aspect's border", ylabel=f"min$_i\\,|\\delta_i|$ ({unit})", xlabel="time (s)")
+        minor.set_ylim(bottom=0.0)
+        self_motion.set_ylim(bottom=1e-6)
+        bottom.legend(*torque.get_legend_handles_labels(), loc="outside upper center", ncols=len(runs))
+        if title:
+            figure.suptitle(title)
+        return figure
+
+
+def save_figure(figure: Any, path: str | os.PathLike[str]) -> None:
+    """Write a figure to a file, in the format that its suffix names.
+
+    The files depend on nothing but the figure: no dates, no random identifiers.
+
+    Raises:
+        OutputError: If it cannot be written.
+    """
+    with style(), atomic_path(path) as temporary:
+        metadata = {"Date": None} if temporary.suffix == ".svg" else {}
+        figure.savefig(temporary, metadata=metadata)

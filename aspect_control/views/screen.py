@@ -1,0 +1,51 @@
+"""What the command line shows: progress and tables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from ..analysis.section4 import AGREES, Claim
+
+
+@contextmanager
+def progress_bar() -> Iterator[Callable[[str, float], None]]:
+    """Show a progress bar on standard error; yield a function of what is being done and the part that is done."""
+    columns = (
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeElapsedColumn(),
+        TextColumn("{task.description}"),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task("", total=1.0)
+        yield lambda label, part: progress.update(task, description=label, completed=part)
+
+
+def show_laws(summary: dict[str, dict[str, Any]]) -> None:
+    """Print one row a law: peak torque, aspect, tracking error."""
+    table = Table("law", "peak torque", "aspect", "tracking error", box=None, pad_edge=False)
+    for law, values in summary.items():
+        table.add_row(
+            law,
+            f"{max(values['peak_torque']):,.1f} N m",
+            "kept" if values["aspect_preserved"] else f"left, {len(values['minor_zero_crossings'])} sign changes",
+            f"{1e3 * values['max_tracking_error']:.2g} mm",
+        )
+    Console().print(table)
+
+
+def show_claims(claims: Sequence[Claim]) -> None:
+    """Print one row a claim: the verdict, what the paper says, what was measured."""
+    table = Table("verdict", "the paper says", "measured", box=SIMPLE_HEAD, pad_edge=False)
+    for claim in claims:
+        colour = "green" if claim.verdict == AGREES else "yellow"
+        table.add_row(f"[{colour}]{claim.verdict}[/]", f"{claim.subject}: {claim.says}", escape(claim.measured))
+    Console().print(table)

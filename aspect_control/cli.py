@@ -13,17 +13,17 @@ from typer.exceptions import TyperException
 from .exceptions import AspectControlError
 
 app = typer.Typer(
-    help="Torque control of redundant arms that stays inside an aspect.",
     add_completion=False,
-    no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
 
 
-@app.callback()
-def _commands() -> None:
+@app.callback(invoke_without_command=True)
+def _help_without_command(context: typer.Context) -> None:
     """Torque control of redundant arms that stays inside an aspect."""
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
 
 
 @app.command()
@@ -37,7 +37,7 @@ def reproduce(
     from .analysis.section4 import claims
     from .checks import positive
     from .files import output_folder, write_text
-    from .views import comparison_figure, reproduction_report, run_figure, save_figure
+    from .views import comparison_figure, law_name, reproduction_report, run_figure, save_figure
     from .views.screen import progress_bar, show_claims, show_laws
 
     dt = positive("--dt", dt, "s")
@@ -58,11 +58,11 @@ def reproduce(
             "controllers": summary,
             "continuous_limit": result.limit.to_dict(),
         }
-        write_text(folder / "summary.json", json.dumps(document, indent=2, ensure_ascii=False) + "\n")
+        write_text(folder / "summary.json", json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
         write_text(folder / "report.md", reproduction_report(result, verdicts))
-        for name, law in paper.FIGURES.items():
-            progress(f"{name}", 1.0)
-            figure = run_figure(result.runs[law])
+        for name, (heading, law) in paper.FIGURES.items():
+            progress(heading, 1.0)
+            figure = run_figure(result.runs[law], f"{heading}: {law_name(law)}, trajectory A")
             save_figure(figure, folder / f"{name}.png")
             save_figure(figure, folder / f"{name}.svg")
         figure = comparison_figure(result.runs)

@@ -17,8 +17,12 @@ from .limit import ContinuousLimit, continuous_limit
 LAWS = ("pseudoinverse", "null-space-vector", "modified-null-space-vector", "jmdc")
 """The laws that are compared, by registry name."""
 
-FIGURES = {"fig2": "null-space-vector", "fig3": "modified-null-space-vector", "fig4": "jmdc"}
-"""The paper's figures and the laws that they show."""
+FIGURES = {
+    "fig2": ("Fig. 2", "null-space-vector"),
+    "fig3": ("Fig. 3", "modified-null-space-vector"),
+    "fig4": ("Fig. 4", "jmdc"),
+}
+"""The paper's figures: file name, heading, and the law shown."""
 
 Q0 = np.deg2rad([-50.0, 140.0, -140.0])
 """The initial configuration, rad."""

@@ -19,6 +19,9 @@ from .run import Run, RunInfo, versions
 MAX_SAMPLES = 20_000_000
 """The longest recording that is started, in samples: about 5 GB for a 7-axis arm."""
 
+DIVERGED_SPEED = 1e6
+"""Joint speed above which a run has diverged, rad/s (m/s for prismatic joints)."""
+
 
 def simulate(
     controller: Controller,
@@ -33,8 +36,8 @@ def simulate(
     """Run a law on a trajectory in closed loop and record it.
 
     The torque is computed at every sample and held until the next. The trajectory starts where q0 puts the task
-    frame. A run whose state or torque is no longer finite ends there with `run.status == "diverged"`; what was recorded
-    up to then is kept.
+    frame. A run whose joint speed passes `DIVERGED_SPEED`, or whose state or torque is no longer finite, ends there
+    with `run.status == "diverged"`; what was recorded up to then is kept.
 
     Args:
         controller: The law, with its arm.
@@ -51,12 +54,14 @@ def simulate(
     Raises:
         ShapeError: If q0 or v0 has the wrong shape, or the trajectory another number of task coordinates than the arm.
         NonFiniteError: If q0 or v0 is not finite.
-        ParameterError: If dt is not above zero, longer than the motion, or so short that the recording would not fit.
+        ParameterError: If v0 is beyond `DIVERGED_SPEED`, or dt is not above zero, longer than the motion, or so short that the recording would not fit.
         UnknownNameError: If there is no such integrator.
     """
     arm = controller.arm
     q = finite_vector("q0", q0, arm.nq)
     v = finite_vector("v0", v0, arm.nv) if v0 is not None else np.zeros(arm.nv)
+    if np.abs(v).max() > DIVERGED_SPEED:
+        raise ParameterError(f"v0 must be within ±{DIVERGED_SPEED:g} rad/s, got {v.tolist()}")
     samples = _samples(trajectory.duration, positive("dt", dt, "s"))
     if trajectory.task_dim != arm.task_dim:
         raise ShapeError(
@@ -71,6 +76,11 @@ def simulate(
     report_every = max(1, samples // 100)
     controller.reset(q, v, dt)
     for i in range(samples):
+        speed = np.abs(v).max()
+        if not speed <= DIVERGED_SPEED:
+            status, recorded = "diverged", i
+            message = f"diverged at t = {t[i]:.6g} s: joint speed {speed:.3g} rad/s, limit {DIVERGED_SPEED:g} rad/s"
+            break
         target = trajectory.target(t[i], start)
         try:
             tau = controller.torque(q, v, target)

@@ -2,5 +2,6 @@
 
 from .figures import comparison_figure, run_figure, save_figure
 from .report import reproduction_report
+from .style import law_name
 
-__all__ = ["comparison_figure", "reproduction_report", "run_figure", "save_figure"]
+__all__ = ["comparison_figure", "law_name", "reproduction_report", "run_figure", "save_figure"]

@@ -37,7 +37,7 @@ def run_figure(run: Run, title: str = "") -> Any:
         draw_maciejewski_product(axes[1, 1], run)
         names = ("(a) arm motion", "(b) joint torques", "(c) minors", r"(d) $\dot{\theta}_H \cdot \ddot{\theta}_H$")
         for panel, name in zip(axes.flat, names, strict=True):
-            panel.set_title(name)
+            panel.set_title(name, pad=24.0)
         for panel in axes.flat[1:]:
             panel.set_xlim(run.t[0], run.t[-1])
         figure.suptitle(title or law_name(run.info.controller))

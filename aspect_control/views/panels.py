@@ -39,7 +39,7 @@ def draw_arm_motion(axes: Any, run: Run) -> Any:
         axes.plot(*points.T, color=colour.to_rgba(run.t[i]), linewidth=1.1, marker="o", markersize=2.2)
     axes.plot(*run.x_desired[:, :2].T, color=COLOURS[1], linestyle="--", linewidth=1.4, label="desired path")
     axes.set(xlabel=f"{run.arm.task[0]} (m)", ylabel=f"{run.arm.task[1]} (m)", aspect="equal")
-    axes.legend(loc="best")
+    _legend_above(axes)
     return colour
 
 
@@ -48,7 +48,7 @@ def draw_torques(axes: Any, run: Run) -> None:
     for joint, torque in enumerate(run.tau.T):
         axes.plot(run.t, torque, color=COLOURS[joint % 7], linestyle=DASHES[joint % 7], label=f"joint {joint + 1}")
     axes.set(xlabel="time (s)", ylabel="torque (N m)")
-    axes.legend(loc="best")
+    _legend_above(axes)
 
 
 def draw_minors(axes: Any, run: Run) -> None:
@@ -62,7 +62,7 @@ def draw_minors(axes: Any, run: Run) -> None:
         times = [crossing.time for crossing in crossings]
         axes.plot(times, np.zeros(len(times)), "ko", markersize=6, fillstyle="none", label="sign change", zorder=5)
     axes.set(xlabel="time (s)", ylabel=f"minors ({minor_unit(run.arm)})")
-    axes.legend(loc="best", ncols=2)
+    _legend_above(axes)
 
 
 def draw_maciejewski_product(axes: Any, run: Run) -> None:
@@ -83,7 +83,7 @@ def draw_maciejewski_product(axes: Any, run: Run) -> None:
             linewidth=0.7,
             label="null-space term on",
         )
-        axes.legend(loc="best")
+        _legend_above(axes)
     axes.set(xlabel="time (s)", ylabel=r"$\dot{\theta}_H \cdot \ddot{\theta}_H$ (rad$^2$/s$^3$)")
     axes.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3), useMathText=True)
 
@@ -91,3 +91,8 @@ def draw_maciejewski_product(axes: Any, run: Run) -> None:
 def minor_unit(arm: Arm) -> str:
     """Return the unit of an arm's minors, for revolute joints."""
     return f"m$^{arm.task_dim}$" if arm.task_dim > 1 else "m"
+
+
+def _legend_above(axes: Any) -> None:
+    """Put the legend into the row above the axes: the curves leave no corner free."""
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=4, columnspacing=1.2)

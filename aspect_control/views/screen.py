@@ -15,16 +15,26 @@ from rich.table import Table
 from ..analysis.section4 import AGREES, Claim
 
 
+def quantity(value: float) -> str:
+    """Write a number for reading: with a decimal and thousands apart, or in scientific notation if it is huge."""
+    return f"{value:,.1f}" if abs(value) < 1e7 else f"{value:.1e}"
+
+
 @contextmanager
 def progress_bar() -> Iterator[Callable[[str, float], None]]:
-    """Show a progress bar on standard error; yield a function of what is being done and the part that is done."""
+    """Show a progress bar if standard error is a terminal.
+
+    Yields:
+        A function that takes what is being done and the part of all work that is done, 0 to 1.
+    """
     columns = (
         BarColumn(),
         TextColumn("{task.percentage:>3.0f} %"),
         TimeElapsedColumn(),
         TextColumn("{task.description}"),
     )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task("", total=1.0)
         yield lambda label, part: progress.update(task, description=label, completed=part)
 
@@ -32,10 +42,11 @@ def progress_bar() -> Iterator[Callable[[str, float], None]]:
 def show_laws(summary: dict[str, dict[str, Any]]) -> None:
     """Print one row a law: peak torque, aspect, tracking error."""
     table = Table("law", "peak torque", "aspect", "tracking error", box=None, pad_edge=False)
+    table.columns[0].no_wrap = table.columns[1].no_wrap = True
     for law, values in summary.items():
         table.add_row(
             law,
-            f"{max(values['peak_torque']):,.1f} N m",
+            f"{quantity(max(values['peak_torque']))} N m",
             "kept" if values["aspect_preserved"] else f"left, {len(values['minor_zero_crossings'])} sign changes",
             f"{1e3 * values['max_tracking_error']:.2g} mm",
         )

@@ -15,6 +15,9 @@ from .null_space_vector import minors_claims, null_space_vector_claims
 
 __all__ = ["AGREES", "DIFFERS", "NOT_MEASURED", "PARTLY", "Claim", "claims", "torque_peaks"]
 
+COARSEST = 0.05
+"""The longest sampling time at which the claims can be judged, s."""
+
 _GROUPS = (
     null_space_vector_claims,
     minors_claims,
@@ -28,9 +31,11 @@ _GROUPS = (
 def claims(reproduction: Reproduction) -> list[Claim]:
     """Hold the runs of trajectory A against the paper's Section 4, in the paper's order.
 
-    Where a run ended early, as at sampling times far above the paper's, there is nothing to hold against the paper, and
-    one row says so.
+    Where a run ended early or is sampled too coarsely, there is nothing to hold against the paper, and a row says so.
     """
+    if reproduction.dt > COARSEST:
+        measured = f"the sampling time is {reproduction.dt:g} s; at most {COARSEST:g} s show the peaks"
+        return [Claim("sampling", "The torque peaks are about 0.1 s wide.", measured, NOT_MEASURED)]
     ended_early = [run for run in reproduction.runs.values() if run.status != "finished"]
     if ended_early:
         return [

@@ -1,0 +1,148 @@
+"""Figures of merit, the continuous-time limit and the claims."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from aspect_control import controllers
+from aspect_control.analysis import continuous_limit, intervals, minor_zero_crossings, summarize, total_variation
+from aspect_control.analysis import trajectory_a as paper
+from aspect_control.analysis.section4 import AGREES, DIFFERS, NOT_MEASURED, PARTLY, claims, torque_peaks
+
+
+@pytest.fixture(scope="module")
+def reproduction():
+    kept = {}
+    result = paper.reproduce(1e-3, keep=kept.__setitem__, progress=lambda label, part: None)
+    assert kept == result.runs
+    return result
+
+
+@given(st.lists(st.booleans(), min_size=2, max_size=40))
+def test_intervals_cover_exactly_the_samples_that_are_on(on):
+    t = np.arange(len(on), dtype=float)
+    covered = np.zeros(len(on), dtype=bool)
+    for start, end in intervals(t, np.array(on)):
+        covered[(t >= start) & ((t < end) | (end == t[-1]))] |= np.array(on)[
+            (t >= start) & ((t < end) | (end == t[-1]))
+        ]
+        assert on[int(start)]
+        assert start == 0 or not on[int(start) - 1]
+        assert not on[int(end)] or end == t[-1]
+    assert covered.tolist() == on
+
+
+def test_total_variation_of_a_known_signal():
+    values = np.array([[0.0, 1.0], [2.0, 1.0], [-1.0, 1.0]])
+    assert total_variation(values).tolist() == [5.0, 0.0]
+
+
+def test_zero_crossings_are_where_the_minor_vanishes_between_samples(reproduction):
+    run = reproduction.runs["null-space-vector"]
+    crossings = minor_zero_crossings(run)
+    assert [minor for minor, _ in crossings] == [3, 2, 1, 3, 2, 1]
+    for minor, time in crossings:
+        i = np.searchsorted(run.t, time) - 1
+        before, after = run.minors[i, minor - 1], run.minors[i + 1, minor - 1]
+        assert before * after < 0.0
+        assert run.t[i] < time < run.t[i + 1]
+
+
+def test_summary_has_the_published_keys_and_agrees_with_the_run(reproduction):
+    for law, run in reproduction.runs.items():
+        summary = summarize(run)
+        for joint in range(3):
+            i = round(summary["peak_torque_time"][joint] / run.info.dt)
+            assert abs(run.tau[i, joint]) == summary["peak_torque"][joint] == np.abs(run.tau[:, joint]).max()
+        assert summary["aspect_preserved"] == (not summary["minor_zero_crossings"])
+        assert summary["maciejewski_product_max"] == run.maciejewski_product.max()
+        assert summary["max_tracking_error"] == np.linalg.norm(run.x - run.x_desired, axis=1).max()
+        assert summary["torque_total_variation"] == np.abs(np.diff(run.tau, axis=0)).sum(axis=0).tolist()
+        assert ("null_space_term_on" in summary) == (law == "modified-null-space-vector")
+
+
+def test_features_of_the_paper_in_the_summary(reproduction):
+    summary = {law: summarize(run) for law, run in reproduction.runs.items()}
+    assert max(summary["null-space-vector"]["peak_torque"]) > 1e4
+    for law in ("modified-null-space-vector", "jmdc"):
+        assert summary[law]["aspect_preserved"]
+        assert max(summary[law]["peak_torque"]) < 20.0
+    assert summary["modified-null-space-vector"]["null_space_term_on"][0][0] == 1.0
+    (first, first_size), (second, second_size) = torque_peaks(reproduction.runs["null-space-vector"])
+    assert first == pytest.approx(1.25, abs=0.01)
+    assert second == pytest.approx(1.8, abs=0.01)
+    assert min(first_size, second_size) > 1e3
+
+
+def test_the_peaks_converge_to_the_continuous_limit_at_first_order(reproduction):
+    limit = reproduction.limit.maciejewski_product_max
+    errors = np.array([limit - run.maciejewski_product.max() for run in reproduction.refined])
+    assert np.all(errors > 0.0)
+    assert np.all((errors[:-1] / errors[1:] > 1.5) & (errors[:-1] / errors[1:] < 2.5))
+
+
+def test_continuous_limit_equals_an_independent_integration(planar):
+    def torque(t, q, v, end):
+        """Eq. (11) to the letter, with the trajectory written out."""
+        state = planar.state(q, v)
+        t, a = min(t, end), np.array([1.5, 1.0])
+        first = end == 1.0
+        x_d = x0 + (0.5 * t**2 if first else 1.0 - 0.5 * (2.0 - t) ** 2) * a
+        dx_d, ddx_d = (t if first else 2.0 - t) * a, a if first else -a
+        b = ddx_d + 20.0 * (dx_d - state.dx) + 100.0 * (x_d - state.x) - state.drift
+        J_pinv = np.linalg.pinv(state.J)
+        tau_tilde = state.M @ J_pinv @ b + state.nle
+        return tau_tilde - state.M @ np.linalg.pinv(state.M @ (np.eye(3) - J_pinv @ state.J), rcond=1e-9) @ tau_tilde
+
+    def derivative(t, y, end):
+        return np.concatenate([y[3:], pin.aba(planar.model, data, y[:3], y[3:], torque(t, y[:3], y[3:], end))])
+
+    data, x0 = planar.model.createData(), planar.task_position(paper.Q0)
+    y, peak = np.concatenate([paper.Q0, np.zeros(3)]), 0.0
+    for begin, end in ((0.0, 1.0), (1.0, 2.0)):
+        solution = solve_ivp(
+            derivative, (begin, end), y, method="DOP853", rtol=1e-10, atol=1e-10, args=(end,), max_step=2e-3
+        )
+        y = solution.y[:, -1]
+        peak = max(
+            peak, max(np.abs(torque(t, s[:3], s[3:], end)).max() for t, s in zip(solution.t, solution.y.T, strict=True))
+        )
+    limit = continuous_limit(controllers.NullSpaceVector(planar), paper.TRAJECTORY, paper.Q0)
+    # Both solvers work to 1e-10, and the motion stretches an error by a factor of some 1e3.
+    np.testing.assert_allclose(limit.q_end, y[:3], atol=1e-6)
+    # The independent peak is read at the solver's own steps, so that it can only be lower.
+    assert peak <= limit.peak_torque.max() * (1.0 + 1e-6)
+    assert peak == pytest.approx(limit.peak_torque.max(), rel=0.02)
+
+
+def test_every_claim_is_judged_and_reasons_are_given_where_it_fails(reproduction):
+    judged = claims(reproduction)
+    assert len(judged) == 20
+    assert {claim.verdict for claim in judged} <= {AGREES, PARTLY, DIFFERS}
+    assert all(claim.why for claim in judged if claim.verdict != AGREES)
+    verdicts = {claim.says: claim.verdict for claim in judged}
+    assert verdicts["Joint torques are drastically held down."] == AGREES
+    assert verdicts["Small minors make J⁺ large, hence τ̃, hence the torque."] == DIFFERS
+    assert verdicts["The null-space term is on from 1.0 to 1.65 s and from 1.8 to 2.0 s."] == PARTLY
+
+
+def test_verdicts_follow_the_runs(reproduction):
+    calm = reproduction.runs["modified-null-space-vector"]
+    swapped = reproduction._replace(runs={**reproduction.runs, "jmdc": reproduction.runs["null-space-vector"]})
+    verdicts = {(claim.subject, claim.says): claim.verdict for claim in claims(swapped)}
+    assert verdicts["JMDC", "The configurations belong to only one aspect."] == DIFFERS
+    assert verdicts["JMDC", "Joint torques are drastically reduced."] == DIFFERS
+    swapped = reproduction._replace(runs={**reproduction.runs, "null-space-vector": calm})
+    verdicts = {(claim.subject, claim.says): claim.verdict for claim in claims(swapped)}
+    assert verdicts["modified method", "Joint torques are drastically held down."] == DIFFERS
+
+
+def test_runs_that_end_early_or_are_sampled_too_coarsely_are_not_judged(reproduction):
+    diverged = paper.run_law("null-space-vector", 0.05)
+    assert diverged.status == "diverged"
+    early = reproduction._replace(runs={**reproduction.runs, "null-space-vector": diverged})
+    assert [claim.verdict for claim in claims(early)] == [NOT_MEASURED]
+    assert [claim.verdict for claim in claims(reproduction._replace(dt=0.5))] == [NOT_MEASURED]

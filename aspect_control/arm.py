@@ -79,7 +79,7 @@ class Arm:
         self.task = task_axes(task)
         if model.nv == 0:
             raise ModelError(f"{model.name!r} has no joints that move: an arm needs at least one")
-        if not model.existFrame(frame):
+        if not isinstance(frame, str) or not model.existFrame(frame):
             raise FrameNotFoundError(frame, [each.name for each in model.frames], context=repr(model.name))
         self.model = model
         self.name: str = model.name
@@ -120,7 +120,7 @@ class Arm:
             ShapeError: If `gravity` has not three entries.
             NonFiniteError: If `gravity` is not finite.
         """
-        return cls.from_urdf_text(read_urdf(path), frame=frame, task=task, gravity=gravity, source=os.fspath(path))
+        return cls.from_urdf_text(read_urdf(path), frame=frame, task=task, gravity=gravity, source=str(path))
 
     @classmethod
     def from_urdf_text(

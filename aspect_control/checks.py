@@ -13,7 +13,7 @@ from .redundancy import Array
 
 
 def finite_vector(name: str, value: ArrayLike, size: int | None = None) -> Array:
-    """Return `value` as a vector of finite floats.
+    """Return a copy of `value` as a vector of finite floats.
 
     Args:
         name: What the value is called in the error.
@@ -28,7 +28,7 @@ def finite_vector(name: str, value: ArrayLike, size: int | None = None) -> Array
         NonFiniteError: If an entry is NaN or infinite.
     """
     try:
-        vector = np.asarray(value, dtype=np.float64)
+        vector = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
         raise ShapeError(f"{name} must be a vector of numbers, got {value!r}") from None
     if vector.ndim != 1 or (size is not None and vector.shape[0] != size):
@@ -91,7 +91,7 @@ def gain_matrix(name: str, value: ArrayLike, size: int) -> Array:
             part is not positive semidefinite.
     """
     try:
-        gain = np.asarray(value, dtype=np.float64)
+        gain = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
         raise ShapeError(f"{name} must be a number, a vector or a matrix, got {value!r}") from None
     if gain.shape not in ((), (size,), (size, size)):
@@ -99,7 +99,7 @@ def gain_matrix(name: str, value: ArrayLike, size: int) -> Array:
     if not np.isfinite(gain).all():
         raise NonFiniteError(f"{name} must be finite, got {gain.tolist()}")
     matrix = gain if gain.ndim == 2 else np.diag(np.broadcast_to(gain, (size,)))
-    smallest = np.linalg.eigvalsh((matrix + matrix.T) / 2.0).min()
+    smallest = np.linalg.eigvalsh(matrix / 2.0 + matrix.T / 2.0).min()
     if smallest < -np.finfo(np.float64).eps * np.abs(matrix).max():
         raise ParameterError(f"{name} must not be negative, got {gain.tolist()}")
     return np.ascontiguousarray(matrix)

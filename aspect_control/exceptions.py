@@ -52,7 +52,9 @@ class UnknownNameError(AspectControlError, LookupError):
 
     kind = "name"
 
-    def __init__(self, name: object, available: Iterable[str], context: str = "", kind: str = "") -> None:
+    def __init__(
+        self, name: object, available: Iterable[str], *, context: str = "", kind: str = "", also: str = ""
+    ) -> None:
         """Build the message.
 
         Args:
@@ -60,6 +62,7 @@ class UnknownNameError(AspectControlError, LookupError):
             available: The names that exist.
             context: Where it was looked for, such as `"planar3r.urdf"`; empty for nowhere in particular.
             kind: What the name stands for; empty for the class's own kind.
+            also: What may be given instead of a name.
         """
         self.name = name
         self.available = tuple(available)
@@ -67,7 +70,9 @@ class UnknownNameError(AspectControlError, LookupError):
         nearest = difflib.get_close_matches(str(name), self.available, n=3, cutoff=0.5)
         hint = f"did you mean {_quoted(nearest)}? " if nearest else ""
         existing = _quoted(self.available) if self.available else "none"
-        super().__init__(f"unknown {kind or self.kind} {name!r}{where}: {hint}available: {existing}")
+        super().__init__(
+            f"unknown {kind or self.kind} {name!r}{where}: {hint}available: {existing}{f'; {also}' if also else ''}"
+        )
 
 
 class FrameNotFoundError(UnknownNameError):

@@ -28,6 +28,6 @@ def task_axes(task: str | Sequence[str]) -> tuple[str, ...]:
     if isinstance(task, str):
         if task in NAMED_TASKS:
             return NAMED_TASKS[task]
-    elif len(task) > 0 and len(set(task)) == len(task) and all(axis in AXES for axis in task):
+    elif isinstance(task, Sequence) and task and all(axis in AXES and list(task).count(axis) == 1 for axis in task):
         return tuple(task)
-    raise TaskError(task, NAMED_TASKS, context="task names; or give a sequence of distinct coordinates from x, y, z")
+    raise TaskError(task, NAMED_TASKS, also="or a sequence of distinct coordinates from 'x', 'y', 'z'")

@@ -22,6 +22,8 @@ def read_urdf(path: str | os.PathLike[str]) -> str:
     Raises:
         ModelError: If the file is missing or unreadable, with the URDF files that stand beside it.
     """
+    if not isinstance(path, (str, os.PathLike)):
+        raise ModelError(f"the URDF must be given as a path, got {path!r}")
     file = Path(path)
     try:
         return file.read_text(encoding="utf-8")
@@ -44,21 +46,30 @@ def parse_urdf(text: str, name: str) -> Any:
         The model, with Pinocchio's standard gravity (0, 0, −9.81) m/s².
 
     Raises:
-        ModelError: If the text is no well-formed XML or no URDF, with the parser's own reason.
+        ModelError: If the text is no well-formed XML or no URDF, or a link's inertia cannot be read, with the parser's
+            own reason.
     """
     try:
         ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
+    except (ElementTree.ParseError, TypeError) as error:
         raise ModelError(f"{name} is not well-formed XML: {error}") from None
     messages: list[str] = []
     try:
         with _native_stderr(messages):
             model = pin.buildModelFromXML(text)
     except (ValueError, RuntimeError) as error:
-        reason = " ".join(" ".join(messages).replace("Error:", "").split("at line")[0].split()) or str(error)
-        raise ModelError(f"{name} is not a valid URDF: {reason}") from None
+        raise ModelError(f"{name} is not a valid URDF: {_reason(messages) or error}") from None
+    if any("Error" in line and "inertial" in line for line in messages):
+        # The parser goes on without the inertia, which would silently change the dynamics.
+        raise ModelError(f"{name} is not a valid URDF: {_reason(messages)}")
     sys.stderr.writelines(messages)
     return model
+
+
+def _reason(messages: list[str]) -> str:
+    """Return the parser's complaints without its own source lines."""
+    complaints = (line.removeprefix("Error:").strip() for line in messages if "at line" not in line)
+    return "; ".join(line for line in complaints if line)
 
 
 @contextmanager

@@ -311,6 +311,18 @@ def test_gradient_is_the_slope_of_the_minor_measure_of_the_seven_joint_arm(seven
     )
 
 
+@pytest.mark.parametrize(("m", "n"), [(1, 3), (2, 3), (2, 5), (3, 7)])
+def test_gradient_is_the_slope_along_any_derivative_of_the_jacobian(m, n):
+    rng = np.random.default_rng(18)
+    # A Jacobian with minors well away from zero, and derivatives without the symmetry of a position's.
+    J = next(J for J in rng.normal(size=(1000, m, n)) if np.abs(minors(J)).min() > 0.01)
+    dJ, step = rng.normal(size=(m, n, n)), 1e-6
+    slope = [
+        (minor_measure(J + step * dJ[..., k]) - minor_measure(J - step * dJ[..., k])) / (2.0 * step) for k in range(n)
+    ]
+    np.testing.assert_allclose(minor_measure_gradient(J, dJ), slope, rtol=0, atol=1e-6 * np.abs(slope).max())
+
+
 @pytest.mark.parametrize("q", [q for _, q in BORDERS.values()], ids=BORDERS)
 def test_gradient_is_zero_on_a_border(planar, q):
     on_border = [np.array([base, *q[1:]]) for base in np.linspace(-3.0, 3.0, 101)]

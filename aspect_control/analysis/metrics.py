@@ -27,9 +27,9 @@ class ZeroCrossing(NamedTuple):
 def minor_zero_crossings(run: Run) -> list[ZeroCrossing]:
     """Return every sign change of a minor, in order of time."""
     crossings = []
-    for index, values in enumerate(run.minors.T):
-        sampled = np.flatnonzero(values)
-        changes = np.flatnonzero(np.diff(np.sign(values[sampled])))
+    for index, (values, signs) in enumerate(zip(run.minors.T, run.aspect_signatures.T, strict=True)):
+        sampled = np.flatnonzero(signs)
+        changes = np.flatnonzero(np.diff(signs[sampled]))
         before, after = sampled[changes], sampled[changes + 1]
         share = values[before] / (values[before] - values[after])
         times = run.t[before] + share * (run.t[after] - run.t[before])
@@ -39,8 +39,8 @@ def minor_zero_crossings(run: Run) -> list[ZeroCrossing]:
 
 def aspect_preserved(run: Run) -> bool:
     """Tell whether every minor keeps the sign that it has at the start, and none is zero."""
-    signs = np.sign(run.minors)
-    return bool(np.all(signs == signs[:1]) and np.all(signs != 0.0))
+    signs = run.aspect_signatures
+    return bool(np.all(signs == signs[:1]) and np.all(signs != 0))
 
 
 def peak_torque(run: Run) -> tuple[Array, Array]:

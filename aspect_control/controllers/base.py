@@ -76,7 +76,7 @@ class Controller(ABC):
         """
         q = finite_vector("q", q, self.arm.nq)
         v = finite_vector("v", v, self.arm.nv)
-        self.start(q.copy(), v.copy(), positive("dt", dt, "s"))
+        self.start(q, v, positive("dt", dt, "s"))
 
     def torque(self, q: ArrayLike, v: ArrayLike, target: Target) -> Array:
         """Return the joint torque to apply until the next sample.
@@ -99,7 +99,8 @@ class Controller(ABC):
                 f"the target must have {self.arm.task_dim} coordinates {self.arm.task}, got {target.x.shape[0]}"
             )
         state = self.arm.state(q, v)
-        tau = self.command(state, target)
+        with np.errstate(over="ignore", invalid="ignore"):
+            tau = self.command(state, target)
         if not np.isfinite(tau).all():
             raise NonFiniteError(
                 f"{self.name}: the torque overflows at a joint speed of {np.abs(state.v).max():.3g} rad/s"

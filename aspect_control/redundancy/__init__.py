@@ -3,6 +3,7 @@
 from .array import Array
 from .minors import (
     aspect_signature,
+    border_tolerance,
     manipulability,
     minor_columns,
     minor_measure,
@@ -16,6 +17,7 @@ from .torque import minimum_torque, pseudoinverse_torque, task_acceleration
 __all__ = [
     "Array",
     "aspect_signature",
+    "border_tolerance",
     "homogeneous_acceleration",
     "homogeneous_velocity",
     "manipulability",

@@ -59,13 +59,35 @@ def minors(J: Array) -> Array:
 def aspect_signature(J: Array) -> NDArray[np.int8]:
     """Return the sign of every minor: two configurations joined by a path of one signature share an aspect.
 
+    A minor that is zero to the rounding of J counts as zero; see `border_tolerance`.
+
     Args:
         J: Jacobian or a stack of them, shape (..., m, n).
 
     Returns:
         −1, 0 (on a border) or 1 for each minor in the order of `minor_columns`, shape (..., p).
     """
-    return np.sign(minors(J)).astype(np.int8)
+    values = minors(J)
+    on_border = np.abs(values) <= border_tolerance(J)[..., np.newaxis]
+    return np.where(on_border, 0.0, np.sign(values)).astype(np.int8)
+
+
+def border_tolerance(J: Array) -> Array:
+    """Return the magnitude up to which a minor of J is zero for all that its rounding tells.
+
+    By Hadamard's inequality no minor exceeds the m-th power of the longest column of J; a minor below 8 m machine
+    precisions of that bound has no sign of its own.
+
+    Args:
+        J: Jacobian or a stack of them, shape (..., m, n).
+
+    Returns:
+        The tolerance, shape (...), in the unit of the minors.
+    """
+    m = J.shape[-2]
+    longest = np.linalg.norm(J, axis=-2).max(axis=-1)
+    tolerance: Array = 8 * m * np.finfo(np.float64).eps * longest**m
+    return tolerance
 
 
 def manipulability(J: Array) -> Array:
@@ -104,8 +126,8 @@ def minor_measure_gradient(J: Array, dJ: Array) -> Array:
     From ∂ ln|δ_S| / ∂q_k = tr(J_S⁻¹ ∂J_S/∂q_k), summed over all minors before it meets ∂J/∂q: the inverses are added
     up into one (n, m) matrix, which is contracted once with the kinematic Hessian.
 
-    On the border of an aspect, where a minor is zero to machine precision, H has a cusp and no gradient. The
-    result there is zero: no side of the border is preferred.
+    On the border of an aspect, where a minor is zero to rounding (`border_tolerance`), H has a cusp and no gradient.
+    The result there is zero: no side of the border is preferred.
 
     Args:
         J: Jacobian, shape (m, n).
@@ -118,8 +140,7 @@ def minor_measure_gradient(J: Array, dJ: Array) -> Array:
     columns = minor_columns(n, m)
     submatrices = _square_submatrices(J)
     values = np.linalg.det(submatrices)
-    largest = np.linalg.norm(submatrices, axis=-2).prod(axis=-1)
-    if np.any(np.abs(values) <= 2 * m * np.finfo(np.float64).eps * largest):
+    if np.any(np.abs(values) <= border_tolerance(J)):
         return np.zeros(n)
     summed_inverses = np.zeros((n, m))
     np.add.at(summed_inverses, columns, np.linalg.inv(submatrices))

@@ -7,12 +7,15 @@ import numpy as np
 
 from .array import Array
 
+RANK_TOLERANCE = 1e-12
+"""Relative size below which a direction counts as lost: well above the rounding of a Jacobian, far below any use."""
+
 
 def pseudoinverse(A: Array) -> Array:
     """Return the Moore-Penrose inverse A⁺, Eq. (26) where A has full row rank.
 
-    By a complete orthogonal decomposition, which also covers rank loss: directions below the decomposition's
-    threshold (machine precision times the larger pivot) are left out, so that the result stays finite.
+    By a complete orthogonal decomposition, which also covers rank loss: directions whose pivot is below
+    `RANK_TOLERANCE` times the largest one are left out, so that the result stays bounded.
 
     Args:
         A: Matrix, shape (m, n).
@@ -20,7 +23,11 @@ def pseudoinverse(A: Array) -> Array:
     Returns:
         A⁺, shape (n, m), in the inverse units of A.
     """
-    result: Array = eigenpy.CompleteOrthogonalDecomposition(A).pseudoInverse()
+    decomposition = eigenpy.CompleteOrthogonalDecomposition(*A.shape)
+    decomposition.setThreshold(RANK_TOLERANCE)
+    decomposition.compute(A)
+    # eigenpy hands a matrix of one row or column back as a vector.
+    result: Array = decomposition.pseudoInverse().reshape(A.shape[::-1])
     return result
 
 
@@ -47,7 +54,6 @@ def null_space_basis(J: Array) -> Array:
         rotation within the null space are continuous in J.
     """
     _, singular_values, Vt = np.linalg.svd(J)
-    threshold = max(J.shape) * np.finfo(np.float64).eps * singular_values.max(initial=0.0)
-    rank = int(np.count_nonzero(singular_values > threshold))
+    rank = int(np.count_nonzero(singular_values > RANK_TOLERANCE * singular_values.max(initial=0.0)))
     basis: Array = Vt[rank:].T
     return basis

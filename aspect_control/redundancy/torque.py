@@ -40,7 +40,7 @@ def minimum_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     Returns:
         τ, shape (n,), N m.
     """
-    A = eigenpy.LLT(M).solve(J.T).T
+    A = eigenpy.LLT(M).solve(J.T).reshape(J.T.shape).T
     tau: Array = pseudoinverse(A) @ (b + A @ nle)
     return tau
 

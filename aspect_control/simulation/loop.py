@@ -54,7 +54,8 @@ def simulate(
     Raises:
         ShapeError: If q0 or v0 has the wrong shape, or the trajectory another number of task coordinates than the arm.
         NonFiniteError: If q0 or v0 is not finite.
-        ParameterError: If v0 is beyond `DIVERGED_SPEED`, or dt is not above zero, longer than the motion, or so short that the recording would not fit.
+        ParameterError: If v0 is beyond `DIVERGED_SPEED`, or dt is not above zero, longer than the motion, or so short
+            that the recording would not fit.
         UnknownNameError: If there is no such integrator.
     """
     arm = controller.arm

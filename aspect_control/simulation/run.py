@@ -20,6 +20,7 @@ from ..exceptions import AspectControlError, RunFileError
 from ..files import atomic_path
 from ..redundancy import (
     Array,
+    aspect_signature,
     homogeneous_acceleration,
     homogeneous_velocity,
     minimum_torque,
@@ -117,6 +118,11 @@ class Run:
     def minors(self) -> Array:
         """Full-row-rank minors in the order of `redundancy.minor_columns`, shape (k, p)."""
         return minors(self.jacobians)
+
+    @cached_property
+    def aspect_signatures(self) -> NDArray[np.int8]:
+        """Sign of each minor: −1, 0 on a border, or 1, shape (k, p)."""
+        return aspect_signature(self.jacobians)
 
     @cached_property
     def homogeneous_velocity(self) -> Array:

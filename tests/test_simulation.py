@@ -133,11 +133,19 @@ def test_semi_implicit_euler_misses_the_energy_at_first_order(q, v):
     assert fine <= 0.55 * coarse + 1e-12 * plant.energy(q, v)
 
 
-def test_semi_implicit_euler_does_not_drift():
-    q, v, plant = np.array([0.3, 0.8, -0.5]), np.array([1.0, -2.0, 1.5]), Plant(ARM)
-    short, long = (energy_error(SemiImplicitEuler(), plant, q, v, 1e-3, duration) for duration in (2.0, 20.0))
-    # Ten times the time: an error that grows steadily would be ten times as large, a bounded one is not even twice.
-    assert long < 2.0 * short < 0.01 * plant.energy(q, v)
+def test_semi_implicit_euler_does_not_heat_up_a_swinging_arm():
+    plant, rest, hanging = Plant(HANGING), np.zeros(3), np.array([-np.pi / 2, 0.0, 0.0])
+    q = hanging + np.array([0.3, 0.2, -0.1])
+    swing = plant.energy(q, rest) - plant.energy(hanging, rest)
+    # The explicit Euler method, as far off after a single step, heats this swing up by 21 % in the same time.
+    assert energy_error(SemiImplicitEuler(), plant, q, rest, 1e-3, 20.0) < 0.01 * swing
+
+
+def test_semi_implicit_euler_moves_the_configuration_by_the_new_velocity():
+    q, v, tau, plant = np.array([0.3, 0.8, -0.5]), np.array([1.0, -2.0, 1.5]), np.array([10.0, -5.0, 3.0]), Plant(ARM)
+    new_q, new_v = SemiImplicitEuler().step(plant, q, v, tau, 0.01)
+    np.testing.assert_allclose(new_v, v + 0.01 * three_rods(q, v, tau), rtol=1e-12)
+    np.testing.assert_allclose(new_q, q + 0.01 * new_v, rtol=1e-15)
 
 
 # Order of convergence
@@ -318,8 +326,6 @@ def test_a_simulation_is_silent(capfd):
         ("jmdc", {"dt": 0.2}),
         ("null-space-vector", {"v0": [1e3, 0.0, 0.0]}),
         ("modified-null-space-vector", {"v0": [1e3, 0.0, 0.0]}),
-        ("jmdc", {"v0": [1e150, 1.0, 1.0]}),
-        ("null-space-vector", {"v0": [1e200, 1.0, 1.0]}),
     ],
 )
 def test_a_run_that_diverges_ends_there_and_says_when(name, options):
@@ -339,11 +345,13 @@ def test_nothing_is_recorded_beyond_the_speed_of_a_diverged_run(name):
     assert np.abs(run.v).max() <= DIVERGED_SPEED
 
 
-@pytest.mark.parametrize("v0", [[1e150, 1.0, 1.0], [1e200, 1.0, 1.0], [1e308, 1e308, 1e308]])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("name", LAWS)
-def test_a_run_that_overflows_warns_of_nothing(name, v0):
+def test_the_fastest_start_diverges_without_a_warning(name, sign):
     # Warnings are errors in this test suite.
-    assert simulate(law(name), A, q0=Q0, v0=v0).status == "diverged"
+    run = simulate(law(name), A, q0=Q0, v0=np.full(3, sign * DIVERGED_SPEED))
+    assert run.status == "diverged"
+    assert np.isfinite(run.tau).all()
 
 
 # What is refused
@@ -366,6 +374,12 @@ def test_a_starting_velocity_of_the_wrong_shape_is_refused(v0):
 def test_a_start_that_is_not_finite_is_refused(name, value):
     with pytest.raises(NonFiniteError, match=f"{name} must be finite"):
         simulate(Idle(ARM), A, **{"q0": Q0, name: [0.0, value, 0.0]})
+
+
+@pytest.mark.parametrize("v0", [[1.1e6, 0.0, 0.0], [0.0, -1.1e6, 0.0], [1e308, 1e308, 1e308]])
+def test_a_start_that_has_diverged_already_is_refused(v0):
+    with pytest.raises(ParameterError, match="v0 must be within"):
+        simulate(Idle(ARM), A, q0=Q0, v0=v0)
 
 
 @pytest.mark.parametrize("dt", [0.0, -1e-3, np.nan, np.inf, 2.1, 1e-12, 5e-324, "short", None])

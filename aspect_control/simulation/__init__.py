@@ -3,7 +3,8 @@
 from .integrators import INTEGRATORS, Integrator, RungeKutta4, SemiImplicitEuler
 from .loop import simulate
 from .plant import Plant
-from .run import Run, RunInfo
+from .run import Run
+from .run_file import RunInfo
 
 __all__ = [
     "INTEGRATORS",

@@ -14,7 +14,8 @@ from ..exceptions import NonFiniteError, ParameterError, ShapeError
 from ..trajectories import Trajectory
 from .integrators import Integrator, find_integrator
 from .plant import Plant
-from .run import Run, RunInfo, versions
+from .run import Run
+from .run_file import RunInfo, Status, versions
 
 MAX_SAMPLES = 20_000_000
 """The longest recording that is started, in samples: about 5 GB for a 7-axis arm."""
@@ -73,7 +74,8 @@ def simulate(
     t = np.arange(samples, dtype=np.float64) * dt
     recorded_q, recorded_v = np.empty((samples, arm.nq)), np.empty((samples, arm.nv))
     recorded_tau, recorded_target = np.empty((samples, arm.nv)), np.empty((3, samples, arm.task_dim))
-    status, message, recorded = "finished", f"finished at t = {t[-1]:.6g} s", samples
+    status: Status = "finished"
+    message, recorded = f"finished at t = {t[-1]:.6g} s", samples
     report_every = max(1, samples // 100)
     controller.reset(q, v, dt)
     for i in range(samples):

@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import os
-import platform
-import zipfile
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
-from importlib.metadata import version
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arm import Arm, ArmState
-from ..exceptions import AspectControlError, RunFileError
-from ..files import atomic_path
 from ..redundancy import (
     Array,
     aspect_signature,
@@ -28,36 +21,7 @@ from ..redundancy import (
     pseudoinverse_torque,
     task_acceleration,
 )
-
-FORMAT = "aspect-control run 1"
-"""What the file says of itself; the number changes when old versions could not read it."""
-
-_ARRAYS = ("t", "q", "v", "tau", "x_desired", "dx_desired", "ddx_desired")
-
-
-@dataclass(frozen=True)
-class RunInfo:
-    """How a run came about.
-
-    Attributes:
-        controller: Registry name of the law.
-        parameters: Its parameters, as plain numbers, strings and lists.
-        trajectory: The trajectory as it was constructed.
-        dt: Sampling time, s.
-        integrator: Name of the integrator.
-        status: `"finished"` or `"diverged"`.
-        message: The status in words, with the time.
-        versions: Versions of Python and of the packages that computed the run.
-    """
-
-    controller: str
-    parameters: dict[str, Any]
-    trajectory: str
-    dt: float
-    integrator: str
-    status: str
-    message: str
-    versions: dict[str, str]
+from .run_file import ARRAYS, RunInfo, Status, read_run, write_run
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +53,7 @@ class Run:
     info: RunInfo
 
     @property
-    def status(self) -> str:
+    def status(self) -> Status:
         """`"finished"` or `"diverged"`."""
         return self.info.status
 
@@ -178,14 +142,7 @@ class Run:
         Raises:
             OutputError: If it cannot be written.
         """
-        header = {
-            "format": FORMAT,
-            "arm": {"urdf": self.arm.urdf, "frame": self.arm.frame, "task": self.arm.task, "gravity": self._gravity},
-            "info": asdict(self.info),
-        }
-        arrays = {name: getattr(self, name) for name in _ARRAYS}
-        with atomic_path(path) as temporary, temporary.open("wb") as file:
-            np.savez_compressed(file, header=np.array(json.dumps(header)), **arrays)
+        write_run(path, {name: getattr(self, name) for name in ARRAYS}, self.arm, self.info)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Run:
@@ -197,27 +154,7 @@ class Run:
         Raises:
             RunFileError: If the file is missing, is no recorded run or is damaged.
         """
-        try:
-            with np.load(path, allow_pickle=False) as archive:
-                header = json.loads(str(archive["header"]))
-                if header["format"] != FORMAT:
-                    raise RunFileError(f"{path} is of format {header['format']!r}, this version reads {FORMAT!r}")
-                arrays = {name: archive[name] for name in _ARRAYS}
-            described = header["arm"]
-            arm = Arm.from_urdf_text(
-                described["urdf"],
-                frame=described["frame"],
-                task=described["task"],
-                gravity=described["gravity"],
-                source=f"the URDF in {path}",
-            )
-            info = RunInfo(**header["info"])
-        except OSError as error:
-            raise RunFileError(f"cannot read run {path}: {error.strerror or error}") from error
-        except AspectControlError:
-            raise
-        except (ValueError, KeyError, TypeError, EOFError, AttributeError, zipfile.BadZipFile) as error:
-            raise RunFileError(f"{path} is not a recorded run (.npz written by Run.save): {error}") from error
+        arrays, arm, info = read_run(path)
         return cls(**arrays, arm=arm, info=info)
 
     def __eq__(self, other: object) -> bool:
@@ -227,17 +164,13 @@ class Run:
         same_arm = all(
             getattr(self.arm, name) == getattr(other.arm, name) for name in ("urdf", "frame", "task")
         ) and np.array_equal(self.arm.gravity, other.arm.gravity)
-        return same_arm and self.info == other.info and all(_identical(self, other, name) for name in _ARRAYS)
+        return same_arm and self.info == other.info and all(_identical(self, other, name) for name in ARRAYS)
 
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         """Name the law, the arm and how the run ended."""
         return f"Run({self.info.controller!r} on {self.arm.name!r}, {len(self.t)} samples, {self.info.message})"
-
-    @property
-    def _gravity(self) -> list[float]:
-        return [float(component) for component in self.arm.gravity]
 
     @cached_property
     def _states(self) -> list[ArmState]:
@@ -249,12 +182,6 @@ class Run:
 
     def _stack(self, rows: Iterator[Array], shape: tuple[int, ...]) -> Array:
         return np.array(list(rows)).reshape(len(self.t), *shape)
-
-
-def versions() -> dict[str, str]:
-    """Return the versions of Python and of the packages that a run depends on."""
-    packages = ("aspect-control", "pin", "numpy")
-    return {"python": platform.python_version(), **{package: version(package) for package in packages}}
 
 
 def _identical(one: Run, other: Run, name: str) -> bool:

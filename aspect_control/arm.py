@@ -2,38 +2,50 @@
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from .chain import is_prismatic, joint_position, joints_to_lock, position_limits, reduce_model, require_frame, unit_hint
 from .checks import finite_vector
-from .exceptions import FrameNotFoundError, ModelError
-from .redundancy import Array
-from .tasks import task_axes
-from .urdf import parse_urdf, read_urdf
+from .description import ArmDescription
+from .exceptions import ModelError, ParameterError, TooManyMinorsError
+from .hessian import frame_kinematic_hessian
+from .redundancy import MAX_MINORS, Array, minors, structural_minor_columns
+from .tasks import Task, TaskValue
+from .urdf import mimic_joints, parse_urdf, read_urdf
 
 _WORLD_ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+
+BORDER_TOLERANCE = 1e-6
+"""Relative size up to which a minor counts as zero at the start of a motion."""
+
+_SAMPLED_POSTURES = 32
+"""Random postures in which a minor must vanish to count as structurally zero."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ArmState:
     """Everything that a torque law needs at (q, v). Arrays belong to the state and do not change.
 
+    Rows of J, drift and dx are the task coordinates: positions in m, rotations in rad, world frame.
+
     Attributes:
-        q: Joint configuration θ, shape (nq,), rad (m for prismatic joints).
+        q: Joint configuration θ, shape (nq,), rad (m for prismatic joints, cosine and sine for continuous ones).
         v: Joint velocity θ̇, shape (nv,), rad/s.
         M: Joint-space inertia matrix M(θ), shape (nv, nv), kg m².
         nle: Coriolis, centrifugal and gravity torques N(θ, θ̇), shape (nv,), N m.
-        J: Jacobian of the task coordinates, shape (m, nv), world frame.
-        drift: J̇θ̇, the task acceleration at θ̈ = 0, shape (m,), m/s².
-        x: Task coordinates, shape (m,), m.
-        dx: Task velocity ẋ = Jθ̇, shape (m,), m/s.
+        J: Jacobian of the task coordinates, shape (m, nv).
+        drift: J̇θ̇, the task acceleration at θ̈ = 0, shape (m,), m/s² and rad/s².
+        x: Task value: shape (m,), m, for a task of positions; a `pin.SE3` for one with rotations.
+        dx: Task velocity ẋ = Jθ̇, shape (m,), m/s and rad/s.
     """
 
     q: Array
@@ -42,7 +54,7 @@ class ArmState:
     nle: Array
     J: Array
     drift: Array
-    x: Array
+    x: TaskValue
     dx: Array
 
 
@@ -52,46 +64,47 @@ class Arm:
     An arm computes in buffers of its own and must not be shared between threads.
 
     Attributes:
-        model: The `pin.Model` that q and v belong to.
+        model: The (reduced) `pin.Model` that q and v belong to.
+        description: What the arm was made from, enough to make it again.
         name: The robot's name.
         frame: Name of the task frame.
         task: The task coordinates, such as `("x", "y")`.
+        coordinates: The same as a `Task`, which compares and displaces task values.
         nq: Number of configuration coordinates.
         nv: Number of joint velocities, n in the paper.
         task_dim: Number of task coordinates, m in the paper.
         redundancy: n − m.
     """
 
-    def __init__(self, model: Any, *, frame: str, task: str | Sequence[str], urdf: str) -> None:
-        """Wrap a model; `from_urdf` is the usual way in.
+    def __init__(self, description: ArmDescription, model: Any, passive: Sequence[str] = ()) -> None:
+        """Reduce a model to the chain that moves the task frame; `from_urdf` and its siblings are the usual way in.
 
         Args:
-            model: A `pin.Model`, gravity included.
-            frame: Name of the task frame.
-            task: Task coordinates, as for `from_urdf`.
-            urdf: Text of the URDF that the model was read from, for recordings.
+            description: What the arm is made from; its frame, task, gravity and locked joints are used here.
+            model: The whole robot, a `pin.Model`.
+            passive: Names of joints that no motor of their own drives.
 
         Raises:
             FrameNotFoundError: If the model has no such frame.
-            TaskError: If `task` is unknown.
-            ModelError: If the model has no joints, or a massless link makes its inertia matrix singular.
+            JointNotFoundError: If a locked joint does not exist.
+            ParameterError: If a locked joint's position is not possible.
+            ModelError: If no joint moves the frame, or a joint moves no mass.
         """
-        self.task = task_axes(task)
-        if model.nv == 0:
-            raise ModelError(f"{model.name!r} has no joints that move: an arm needs at least one")
-        if not isinstance(frame, str) or not model.existFrame(frame):
-            raise FrameNotFoundError(frame, [each.name for each in model.frames], context=repr(model.name))
-        self.model = model
+        locked, q = joints_to_lock(model, description.frame, description.locked, passive)
+        self.model = reduce_model(model, locked, q)
+        self.model.gravity.linear = np.array(description.gravity)
+        self.description = description
+        self.coordinates = Task(description.task)
         self.name: str = model.name
-        self.frame = frame
-        self.urdf = urdf
-        self.nq: int = model.nq
-        self.nv: int = model.nv
-        self.task_dim = len(self.task)
+        self.frame = description.frame
+        self.task = self.coordinates.axes
+        self.nq: int = self.model.nq
+        self.nv: int = self.model.nv
+        self.task_dim = self.coordinates.dim
         self.redundancy = self.nv - self.task_dim
-        self._data = model.createData()
-        self._frame_id = model.getFrameId(frame)
-        self._rows = ["xyz".index(axis) for axis in self.task]
+        self._data = self.model.createData()
+        self._frame_id = require_frame(self.model, self.frame)
+        self._rows = self.coordinates.rows
         self._zero = np.zeros(self.nv)
         self._require_positive_inertia()
 
@@ -103,24 +116,42 @@ class Arm:
         frame: str,
         task: str | Sequence[str],
         gravity: ArrayLike | None = None,
+        locked: Mapping[str, float] | None = None,
+        package_dirs: Sequence[str | os.PathLike[str]] | None = None,
     ) -> Arm:
-        """Load an arm from a URDF file.
+        """Load an arm from a URDF file of any robot.
+
+        The arm is the chain of joints from the root to the frame. All other joints, mimic joints and joints of several
+        degrees of freedom are locked at their neutral position; fingers, mobile bases and second arms need no further
+        attention.
 
         Args:
             path: The URDF file.
             frame: Name of the frame whose motion is the task: any link, joint or frame of the URDF.
-            task: `"xy"`, `"xz"`, `"yz"`, `"xyz"`, or a sequence of distinct coordinates from `("x", "y", "z")`;
-                positions in the world frame, m.
+            task: `"xy"`, `"xz"`, `"yz"`, `"xyz"`, `"pose"`, or a sequence of distinct coordinates from `("x", "y", "z",
+                "rx", "ry", "rz")`, in the world frame.
             gravity: Gravitational acceleration in the world frame, shape (3,), m/s²; None for (0, 0, −9.81).
+            locked: Positions of joints to lock, rad or m, by name; they may belong to the chain.
+            package_dirs: Folders in which `package://` meshes are found; needed only by `visuals`.
 
         Raises:
-            ModelError: If the file is missing or is no URDF of an arm.
+            ModelError: If the file is missing, is no URDF, or has no joint that moves the frame.
             FrameNotFoundError: If there is no such frame; the message lists those that exist.
+            JointNotFoundError: If `locked` names a joint that does not exist.
+            ParameterError: If a locked position is not finite or outside the joint's limits.
             TaskError: If `task` is unknown.
             ShapeError: If `gravity` has not three entries.
             NonFiniteError: If `gravity` is not finite.
         """
-        return cls.from_urdf_text(read_urdf(path), frame=frame, task=task, gravity=gravity, source=str(path))
+        return cls.from_urdf_text(
+            read_urdf(path),
+            frame=frame,
+            task=task,
+            gravity=gravity,
+            locked=locked,
+            package_dirs=package_dirs,
+            source=str(path),
+        )
 
     @classmethod
     def from_urdf_text(
@@ -130,6 +161,8 @@ class Arm:
         frame: str,
         task: str | Sequence[str],
         gravity: ArrayLike | None = None,
+        locked: Mapping[str, float] | None = None,
+        package_dirs: Sequence[str | os.PathLike[str]] | None = None,
         source: str = "the given text",
     ) -> Arm:
         """Load an arm from the text of a URDF.
@@ -139,15 +172,90 @@ class Arm:
             frame: As for `from_urdf`.
             task: As for `from_urdf`.
             gravity: As for `from_urdf`.
+            locked: As for `from_urdf`.
+            package_dirs: As for `from_urdf`.
             source: What the text is called in errors.
 
         Raises:
             AspectControlError: As for `from_urdf`.
         """
         model = parse_urdf(text, source)
-        if gravity is not None:
-            model.gravity.linear = finite_vector("gravity", gravity, 3)
-        return cls(model, frame=frame, task=task, urdf=text)
+        description = ArmDescription.of(
+            model, frame=frame, task=task, gravity=gravity, locked=locked, urdf=text, package_dirs=package_dirs
+        )
+        return cls(description, model, mimic_joints(text))
+
+    @classmethod
+    def from_example(
+        cls,
+        name: str,
+        *,
+        frame: str,
+        task: str | Sequence[str],
+        gravity: ArrayLike | None = None,
+        locked: Mapping[str, float] | None = None,
+    ) -> Arm:
+        """Load an arm of one of the robots that `example-robot-data` ships, or of `"planar3r"`.
+
+        Args:
+            name: Name of the robot; `aspect-control robots` lists them with the frames that end a chain.
+            frame: As for `from_urdf`.
+            task: As for `from_urdf`.
+            gravity: As for `from_urdf`.
+            locked: As for `from_urdf`.
+
+        Raises:
+            UnknownNameError: If there is no such robot.
+            AspectControlError: As for `from_urdf`.
+        """
+        from .examples import find_example, load_example_model
+
+        robot = find_example(name)
+        if robot.path.suffix == ".sdf":
+            model = load_example_model(name)
+            return cls.from_pinocchio(model, frame=frame, task=task, gravity=gravity, locked=locked)
+        return cls.from_urdf(
+            robot.path, frame=frame, task=task, gravity=gravity, locked=locked, package_dirs=robot.package_dirs
+        )
+
+    @classmethod
+    def from_pinocchio(
+        cls,
+        model: Any,
+        *,
+        frame: str,
+        task: str | Sequence[str],
+        gravity: ArrayLike | None = None,
+        locked: Mapping[str, float] | None = None,
+    ) -> Arm:
+        """Make an arm of a `pin.Model`, which is copied.
+
+        Args:
+            model: The whole robot.
+            frame: As for `from_urdf`.
+            task: As for `from_urdf`.
+            gravity: As for `from_urdf`, but None keeps the model's own.
+            locked: As for `from_urdf`.
+
+        Raises:
+            ModelError: If `model` is no `pin.Model`.
+            AspectControlError: As for `from_urdf`.
+        """
+        if not isinstance(model, pin.Model):
+            raise ModelError(f"from_pinocchio takes a pin.Model, got {type(model).__name__}")
+        description = ArmDescription.of(
+            model, frame=frame, task=task, gravity=gravity, locked=locked, archive=model.saveToString()
+        )
+        return cls(description, model.copy())
+
+    @classmethod
+    def from_description(cls, description: ArmDescription) -> Arm:
+        """Make an arm again from its description.
+
+        Raises:
+            AspectControlError: As for `from_urdf`.
+        """
+        return cls(description, description.model(), mimic_joints(description.urdf) if description.urdf else ())
 
     @property
     def gravity(self) -> Array:
@@ -158,6 +266,76 @@ class Arm:
     def joint_names(self) -> tuple[str, ...]:
         """Names of the joints, from the base."""
         return tuple(self.model.names)[1:]
+
+    @cached_property
+    def position_limits(self) -> tuple[Array, Array]:
+        """Lower and upper limits of the joint positions, shapes (nv,), rad; infinite where the model has none."""
+        return position_limits(self.model)
+
+    @cached_property
+    def torque_limit(self) -> Array:
+        """Largest |τ| of each joint, shape (nv,), N m; infinite where the model has none."""
+        return _limit(self.model.effortLimit)
+
+    @cached_property
+    def velocity_limit(self) -> Array:
+        """Largest |θ̇| of each joint, shape (nv,), rad/s; infinite where the model has none."""
+        return _limit(self.model.velocityLimit)
+
+    @cached_property
+    def minor_columns(self) -> NDArray[np.intp]:
+        """Columns of the minors that are not structurally zero, shape (p, m).
+
+        A minor is structurally zero if it vanishes in every posture, as one does that uses a joint which cannot move
+        the task at all. Such minors say nothing about the aspect.
+
+        Raises:
+            TooManyMinorsError: If the Jacobian has more minors than can be handled.
+        """
+        if math.comb(self.nv, self.task_dim) > MAX_MINORS:
+            raise TooManyMinorsError(
+                f"a task of {self.task_dim} coordinates on {self.nv} joints has "
+                f"{math.comb(self.nv, self.task_dim):,} minors; at most {MAX_MINORS:,} are computed, for each is a "
+                f"determinant at every sample: lock joints or take a task of fewer coordinates"
+            )
+        postures = np.random.default_rng(0).uniform(-np.pi, np.pi, (_SAMPLED_POSTURES, self.nv))
+        jacobians = [self.jacobian(self.configuration(positions)) for positions in postures]
+        return structural_minor_columns(np.array(jacobians))
+
+    @cached_property
+    def reach(self) -> float:
+        """Upper bound of the distance between the first joint and the task frame, m.
+
+        The distances between neighbouring joints added up, with the travel of prismatic joints; infinite for a
+        prismatic joint without limits. The workspace may be smaller.
+        """
+        lower, upper = self.position_limits
+        travel = sum(max(abs(lower[i]), abs(upper[i])) for i in range(self.nv) if is_prismatic(self.model, i + 1))
+        steps = np.diff(self.skeleton(pin.neutral(self.model)), axis=0)
+        return float(np.linalg.norm(steps, axis=1).sum() + travel)
+
+    def minors_on_border(self, q: ArrayLike) -> NDArray[np.intp]:
+        """Return which minors of `minor_columns` are zero at q for practical purposes, as indices, shape (any,).
+
+        Zero is `BORDER_TOLERANCE` times the m-th power of the longest column of J, or less: at the start of a motion
+        such a minor has no sign to keep.
+
+        Args:
+            q: Joint configuration, shape (nq,), rad.
+
+        Raises:
+            ShapeError: If q has the wrong shape.
+            NonFiniteError: If q holds NaN or infinity.
+            TooManyMinorsError: If the Jacobian has more minors than can be handled.
+        """
+        J = self.jacobian(q)
+        longest = np.linalg.norm(J, axis=0).max()
+        return np.flatnonzero(np.abs(minors(J, self.minor_columns)) <= BORDER_TOLERANCE * longest**self.task_dim)
+
+    def describe_minors(self, indices: Sequence[int] | NDArray[np.intp]) -> str:
+        """Name minors of `minor_columns` by their number, counted from 1, and by their joints."""
+        columns = [[self.joint_names[column] for column in sorted(self.minor_columns[i])] for i in indices]
+        return "; ".join(f"{i + 1} ({', '.join(names)})" for i, names in zip(indices, columns, strict=True))
 
     def __repr__(self) -> str:
         """Name the arm, its task and its size."""
@@ -176,16 +354,17 @@ class Arm:
         Raises:
             ShapeError: If q or v has the wrong shape.
             NonFiniteError: If q or v holds NaN or infinity.
+            ParameterError: If the cosine and sine of a continuous joint have not length 1.
         """
-        q = finite_vector("q", q, self.nq)
+        q = self._checked_configuration(q)
         v = finite_vector("v", v, self.nv)
         model, data, frame = self.model, self._data, self._frame_id
-        M = pin.crba(model, data, q, pin.Convention.WORLD)
+        M = pin.crba(model, data, q, pin.Convention.WORLD).reshape(self.nv, self.nv)
         nle = pin.rnea(model, data, q, v, self._zero)
         pin.forwardKinematics(model, data, q, v, self._zero)
-        x = pin.updateFramePlacement(model, data, frame).translation[self._rows]
-        J = pin.getFrameJacobian(model, data, frame, _WORLD_ALIGNED)[self._rows]
-        drift = pin.getFrameClassicalAcceleration(model, data, frame, _WORLD_ALIGNED).linear[self._rows]
+        x = self.coordinates.value(pin.updateFramePlacement(model, data, frame))
+        J = self._task_rows(pin.getFrameJacobian(model, data, frame, _WORLD_ALIGNED))
+        drift = pin.getFrameClassicalAcceleration(model, data, frame, _WORLD_ALIGNED).vector[self._rows]
         return ArmState(q, v, M, nle, J, drift, x, J @ v)
 
     def jacobian(self, q: ArrayLike) -> Array:
@@ -198,9 +377,8 @@ class Arm:
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        q = finite_vector("q", q, self.nq)
-        J: Array = pin.computeFrameJacobian(self.model, self._data, q, self._frame_id, _WORLD_ALIGNED)[self._rows]
-        return J
+        q = self._checked_configuration(q)
+        return self._task_rows(pin.computeFrameJacobian(self.model, self._data, q, self._frame_id, _WORLD_ALIGNED))
 
     def jacobian_derivative(self, q: ArrayLike) -> Array:
         """Return ∂J[i, j] / ∂q_k, the kinematic Hessian of the task coordinates, shape (m, nv, nv).
@@ -212,13 +390,13 @@ class Arm:
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        q = finite_vector("q", q, self.nq)
+        q = self._checked_configuration(q)
         pin.computeJointKinematicHessians(self.model, self._data, q)
-        derivative: Array = _frame_hessian(self.model, self._data, self._frame_id)[self._rows]
+        derivative: Array = frame_kinematic_hessian(self.model, self._data, self._frame_id)[self._rows]
         return derivative
 
-    def task_position(self, q: ArrayLike) -> Array:
-        """Return the task coordinates x at q, shape (m,), m.
+    def task_position(self, q: ArrayLike) -> TaskValue:
+        """Return the task value x at q: shape (m,), m, or a `pin.SE3` for a task with rotations.
 
         Args:
             q: Joint configuration, shape (nq,), rad.
@@ -227,8 +405,8 @@ class Arm:
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        x: Array = self.skeleton(q)[-1][self._rows]
-        return x
+        pin.forwardKinematics(self.model, self._data, self._checked_configuration(q))
+        return self.coordinates.value(pin.updateFramePlacement(self.model, self._data, self._frame_id))
 
     def skeleton(self, q: ArrayLike) -> Array:
         """Return where the joints and the task frame are, for drawing.
@@ -237,17 +415,66 @@ class Arm:
             q: Joint configuration, shape (nq,), rad.
 
         Returns:
-            Positions in the world frame, shape (number of joints + 1, 3), m: the joints from the base, then the frame.
+            Positions in the world frame, shape (nv + 1, 3), m: the joints from the base, then the frame.
 
         Raises:
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        q = finite_vector("q", q, self.nq)
-        pin.forwardKinematics(self.model, self._data, q)
+        pin.forwardKinematics(self.model, self._data, self._checked_configuration(q))
         tip = pin.updateFramePlacement(self.model, self._data, self._frame_id)
         joints = [self._data.oMi[i].translation for i in range(1, self.model.njoints)]
         return np.array([*joints, tip.translation])
+
+    def configuration(self, positions: ArrayLike) -> Array:
+        """Return the configuration q of given joint positions.
+
+        Args:
+            positions: Positions of the joints, shape (nv,), rad (m for prismatic joints).
+
+        Returns:
+            q, shape (nq,): the positions themselves, with cosine and sine in place of a continuous joint's angle.
+
+        Raises:
+            ShapeError: If there is not one position a joint.
+            NonFiniteError: If a position is not finite.
+        """
+        positions = finite_vector("positions", positions, self.nv)
+        q: Array = pin.integrate(self.model, pin.neutral(self.model), positions)
+        return q
+
+    def positions(self, q: ArrayLike) -> Array:
+        """Return the joint positions of a configuration, shape (nv,), rad; in (−π, π] for continuous joints.
+
+        Args:
+            q: Joint configuration, shape (nq,), rad.
+
+        Raises:
+            ShapeError: If q has the wrong shape.
+            NonFiniteError: If q holds NaN or infinity.
+        """
+        q = self._checked_configuration(q)
+        return np.array([joint_position(self.model, q, joint) for joint in range(1, self.model.njoints)])
+
+    def require_within_limits(self, q: ArrayLike) -> None:
+        """Make sure that a configuration is inside the joints' position limits.
+
+        Args:
+            q: Joint configuration, shape (nq,), rad.
+
+        Raises:
+            ParameterError: If a joint is outside; the message names it and hints at a mistaken unit.
+            ShapeError: If q has the wrong shape.
+            NonFiniteError: If q holds NaN or infinity.
+        """
+        lower, upper = self.position_limits
+        for i, position in enumerate(self.positions(q)):
+            if not lower[i] <= position <= upper[i]:
+                hint = unit_hint(position, lower[i], upper[i], prismatic=is_prismatic(self.model, i + 1))
+                raise ParameterError(
+                    f"joint {self.joint_names[i]!r} at {position:g} is outside its limits "
+                    f"[{lower[i]:g}, {upper[i]:g}]{hint}"
+                )
 
     def integrate(self, q: Array, displacement: Array) -> Array:
         """Return the configuration that `displacement` leads to from q, on the configuration manifold.
@@ -272,9 +499,22 @@ class Arm:
         result: Array = pin.difference(self.model, q0, q1)
         return result
 
+    def _task_rows(self, frame_jacobian: Array) -> Array:
+        """Return the task's rows of a frame Jacobian, which eigenpy hands over as a vector if there is one joint."""
+        return frame_jacobian.reshape(6, self.nv)[self._rows]
+
+    def _checked_configuration(self, q: ArrayLike) -> Array:
+        q = finite_vector("q", q, self.nq)
+        if self.nq != self.nv and not pin.isNormalized(self.model, q, 1e-6):
+            raise ParameterError(
+                "q holds the cosine and sine of each continuous joint, which must have length 1; "
+                f"got {q.tolist()}; arm.configuration(positions) makes a q of angles"
+            )
+        return q
+
     def _require_positive_inertia(self) -> None:
         M = pin.crba(self.model, self._data, pin.neutral(self.model), pin.Convention.WORLD)
-        eigenvalues = np.linalg.eigvalsh(M)
+        eigenvalues = np.linalg.eigvalsh(M.reshape(self.nv, self.nv))
         if not eigenvalues[0] > np.finfo(np.float64).eps * max(eigenvalues[-1], 0.0):
             raise ModelError(
                 f"{self.name!r} has a singular inertia matrix (smallest eigenvalue {eigenvalues[0]:.3g} kg m²): "
@@ -282,21 +522,6 @@ class Arm:
             )
 
 
-def _frame_hessian(model: Any, data: Any, frame_id: int) -> Array:
-    hessian: Array = pin.getFrameKinematicHessian(model, data, frame_id, _WORLD_ALIGNED)
-    return hessian.reshape(hessian.shape[::-1]).transpose() if _hessian_is_column_major() else hessian
-
-
-@lru_cache(maxsize=1)
-def _hessian_is_column_major() -> bool:
-    """Tell whether Pinocchio labels its column-major Hessian as row-major, as 4.1.0 does, by comparing H v with J̇."""
-    model = pin.buildSampleModelManipulator()
-    data = model.createData()
-    frame_id = model.nframes - 1
-    q, v = np.linspace(0.3, 1.1, model.nv), np.linspace(-0.7, 0.9, model.nv)
-    pin.computeJointJacobiansTimeVariation(model, data, q, v)
-    pin.updateFramePlacements(model, data)
-    expected = pin.getFrameJacobianTimeVariation(model, data, frame_id, _WORLD_ALIGNED)
-    pin.computeJointKinematicHessians(model, data, q)
-    hessian = pin.getFrameKinematicHessian(model, data, frame_id, _WORLD_ALIGNED)
-    return not np.allclose(hessian @ v, expected)
+def _limit(values: Array) -> Array:
+    """Return limits with infinity where a URDF leaves them out, which Pinocchio reads as zero."""
+    return np.where(values > 0.0, values, np.inf)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import sys
+import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from typer.exceptions import TyperException
@@ -58,7 +59,7 @@ def reproduce(
             "controllers": summary,
             "continuous_limit": result.limit.to_dict(),
         }
-        write_text(folder / "summary.json", json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+        write_text(folder / "summary.json", _json(document))
         write_text(folder / "report.md", reproduction_report(result, verdicts))
         for name, (heading, law) in paper.FIGURES.items():
             progress(heading, 1.0)
@@ -73,8 +74,135 @@ def reproduce(
     typer.echo(f"written to {folder}: report.md, summary.json, figures and runs")
 
 
+@app.command()
+def run(
+    scenario: Annotated[
+        Path, typer.Argument(help="A TOML file, or the name of a scenario that ships with the package.")
+    ],
+    out: Annotated[Path | None, typer.Option(help="Folder for the results; results/NAME unless given.")] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="Change a field: simulation.dt=5e-4, controller.kp=200, controller.jmdc.kappa=0."),
+    ] = None,
+) -> None:
+    """Run the laws of a scenario and write runs, figures and a summary."""
+    from .analysis import summarize
+    from .files import output_folder, write_text
+    from .scenario import load_scenario
+    from .simulation import Run
+    from .views import comparison_figure, law_name, run_figure, save_figure
+    from .views.screen import progress_bar, show_laws
+
+    described = load_scenario(scenario, settings or [])
+    folder = output_folder(out or Path("results") / scenario.stem)
+    runs: dict[str, Run] = {}
+
+    def keep(label: str, finished: Run) -> None:
+        runs[label] = finished
+        finished.save(folder / f"{label}.npz")
+
+    with progress_bar() as progress:
+        described.run_each(keep, progress)
+        progress("summary and figures", 1.0)
+        summary = {label: summarize(each) for label, each in runs.items()}
+        write_text(folder / "summary.json", _json({"scenario": scenario.stem, "controllers": summary}))
+        for label, each in runs.items():
+            figure = run_figure(each, f"{scenario.stem}: {law_name(label)}")
+            save_figure(figure, folder / f"{label}.png")
+            save_figure(figure, folder / f"{label}.svg")
+        figure = comparison_figure(runs, scenario.stem)
+        save_figure(figure, folder / "comparison.png")
+        save_figure(figure, folder / "comparison.svg")
+    show_laws(summary)
+    typer.echo(f"written to {folder}: summary.json, figures and runs")
+
+
+@app.command()
+def survey(
+    out: Annotated[Path, typer.Option(help="Folder for the results; made if it is not there.")] = Path(
+        "results/survey"
+    ),
+    every: Annotated[
+        bool, typer.Option("--all", help="Also check every chain of every example robot against the full model.")
+    ] = False,
+) -> None:
+    """Run the laws on every scenario that ships with the package and compare them."""
+    from .analysis.chain_check import check_chains
+    from .analysis.survey import SurveyRow
+    from .analysis.survey import survey as run_survey
+    from .files import output_folder, write_text
+    from .resources import scenario_paths
+    from .scenario import load_scenario
+    from .views import save_figure, survey_figure, survey_report
+    from .views.screen import progress_bar, show_table
+
+    folder = output_folder(out)
+    scenarios = {name: load_scenario(path) for name, path in scenario_paths().items()}
+
+    def keep(rows: list[SurveyRow]) -> None:
+        write_text(folder / "survey.json", _json({"runs": [row.to_dict() for row in rows]}))
+
+    with progress_bar() as progress:
+        rows = run_survey(scenarios, keep, progress)
+        checks = check_chains(progress) if every else []
+        document = {"runs": [row.to_dict() for row in rows], "chains": [check.to_dict() for check in checks]}
+        write_text(folder / "survey.json", _json(document))
+        write_text(folder / "survey.md", survey_report(rows, checks))
+        figure = survey_figure(rows)
+        save_figure(figure, folder / "survey.png")
+        save_figure(figure, folder / "survey.svg")
+    show_table(
+        ("scenario", "law", "peak torque", "ratio", "aspect", "ended"),
+        [
+            (
+                row.scenario,
+                row.controller,
+                f"{row.peak_torque:,.1f} N m",
+                "" if row.peak_ratio is None else f"{row.peak_ratio:,.2f}",
+                "kept" if row.aspect_preserved else "left",
+                row.status,
+            )
+            for row in rows
+        ],
+    )
+    if checks:
+        failed = [check for check in checks if check.deviation is None]
+        typer.echo(f"{len(checks) - len(failed)} chains agree with the full model, {len(failed)} could not be loaded")
+    typer.echo(f"written to {folder}: survey.md, survey.json and the figure")
+
+
+@app.command()
+def robots() -> None:
+    """List the example robots: joints, and the frames that end a chain."""
+    from .examples import example_names, example_overview
+    from .views.screen import show_table
+
+    rows = [example_overview(name) for name in example_names()]
+    show_table(
+        ("robot", "joints", "frames that end a chain"),
+        [(row.name, str(row.joints), row.problem or " ".join(row.end_frames) or "none") for row in rows],
+    )
+
+
+@app.command("controllers")
+def list_controllers() -> None:
+    """List the laws with their parameters and defaults."""
+    from . import controllers
+    from .views.screen import show_table
+
+    show_table(
+        ("law", "parameters", "what it is"),
+        [
+            (name, controllers.describe_parameters(law), (law.__doc__ or "").strip().splitlines()[0])
+            for name in controllers.available()
+            for law in [controllers.find(name)]
+        ],
+    )
+
+
 def main() -> None:
     """Run the command line; bad input ends in one line on standard error and exit status 2."""
+    warnings.showwarning = _show_warning
     try:
         status = app(standalone_mode=False)
     except AspectControlError as error:
@@ -86,6 +214,14 @@ def main() -> None:
         sys.exit(130)
     else:
         sys.exit(status)
+
+
+def _show_warning(message: Warning | str, *_: object, **__: object) -> None:
+    typer.echo(f"aspect-control: warning: {' '.join(str(message).split())}", err=True)
+
+
+def _json(document: dict[str, Any]) -> str:
+    return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _fail(message: str) -> None:

@@ -30,12 +30,24 @@ class NonFiniteError(AspectControlError, ValueError):
     """An array holds NaN or infinity, or a computation would have produced one."""
 
 
+class TooManyMinorsError(AspectControlError):
+    """A Jacobian has more minors than can be handled."""
+
+
+class AspectBorderWarning(UserWarning):
+    """A motion starts on the border of an aspect."""
+
+
 class NotResetError(AspectControlError):
     """A law with memory was asked for a torque before `reset(q, v, dt)`."""
 
 
 class RunFileError(AspectControlError):
     """A file is not a recorded run, or not one that this version can read."""
+
+
+class ScenarioError(AspectControlError):
+    """A scenario file is missing or does not describe a scenario."""
 
 
 class OutputError(AspectControlError):
@@ -79,6 +91,12 @@ class FrameNotFoundError(UnknownNameError):
     """The model has no frame of that name."""
 
     kind = "frame"
+
+
+class JointNotFoundError(UnknownNameError):
+    """The model has no joint of that name."""
+
+    kind = "joint"
 
 
 class TaskError(UnknownNameError):

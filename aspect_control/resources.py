@@ -1,4 +1,4 @@
-"""Where the robot descriptions that ship with the package are found."""
+"""Where the robot descriptions and scenarios that ship with the package are found."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from pathlib import Path
 from .exceptions import ModelError
 
 _PACKAGE = Path(__file__).resolve().parent
-_FOLDERS = (_PACKAGE / "models", _PACKAGE.parent / "models")
 
 
 def model_path(name: str) -> Path:
@@ -22,8 +21,22 @@ def model_path(name: str) -> Path:
     Raises:
         ModelError: If no URDF of that name ships with the package.
     """
-    for folder in _FOLDERS:
-        if (folder / name).is_file():
-            return folder / name
-    existing = sorted(path.name for folder in _FOLDERS for path in folder.glob("*.urdf"))
-    raise ModelError(f"no robot description {name!r} ships with aspect_control; there are: {', '.join(existing)}")
+    shipped = _shipped("models", ".urdf")
+    path = shipped.get(Path(name).stem)
+    if path is None or path.name != name:
+        existing = ", ".join(sorted(path.name for path in shipped.values()))
+        raise ModelError(f"no robot description {name!r} ships with aspect_control; there are: {existing}")
+    return path
+
+
+def scenario_paths() -> dict[str, Path]:
+    """Return the scenarios of this package: their paths by name, sorted."""
+    return _shipped("scenarios", ".toml")
+
+
+def _shipped(folder: str, suffix: str) -> dict[str, Path]:
+    """Return the data files of an installed package, or of a checkout, where they stand beside the package."""
+    for place in (_PACKAGE / folder, _PACKAGE.parent / folder):
+        if place.is_dir():
+            return {path.stem: path for path in sorted(place.glob(f"*{suffix}"))}
+    return {}

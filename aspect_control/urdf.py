@@ -66,6 +66,12 @@ def parse_urdf(text: str, name: str) -> Any:
     return model
 
 
+def mimic_joints(text: str) -> tuple[str, ...]:
+    """Return the names of the joints of a URDF that follow another joint."""
+    joints = ElementTree.fromstring(text).iter("joint")
+    return tuple(joint.get("name", "") for joint in joints if joint.find("mimic") is not None)
+
+
 def _reason(messages: list[str]) -> str:
     """Return the parser's complaints without its own source lines."""
     complaints = (line.removeprefix("Error:").strip() for line in messages if "at line" not in line)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from aspect_control import Arm, Run, StraightLine, controllers, simulate
 from aspect_control.exceptions import OutputError, RunFileError
 from aspect_control.resources import model_path
-from aspect_control.simulation import RunInfo
+from aspect_control.simulation import Diverged, RunInfo
 
 GEOMETRY = {"frame": "tool", "task": "xy", "gravity": (0, 0, 0)}
 ARM = Arm.from_urdf(model_path("planar3r.urdf"), **GEOMETRY)
@@ -25,7 +25,9 @@ LAWS = ("pseudoinverse", "null-space-vector", "modified-null-space-vector", "jmd
 ARRAYS = ("t", "q", "v", "tau", "x_desired", "dx_desired", "ddx_desired")
 DERIVED = (
     "x",
+    "task_error",
     "tracking_error",
+    "orientation_error",
     "jacobians",
     "minors",
     "homogeneous_velocity",
@@ -212,7 +214,9 @@ def test_a_loaded_run_is_the_saved_one_bit_for_bit(tmp_path_factory, name, q0, d
 def test_a_loaded_run_has_the_saved_one_s_arm(short, tmp_path):
     short.save(tmp_path / "run.npz")
     arm = Run.load(tmp_path / "run.npz").arm
-    assert (arm.urdf, arm.frame, arm.task, arm.name) == (ARM.urdf, "tool", ("x", "y"), "planar3r")
+    assert arm.description == ARM.description
+    assert (arm.description.urdf, arm.frame) == (model_path("planar3r.urdf").read_text(encoding="utf-8"), "tool")
+    assert (arm.task, arm.name) == (("x", "y"), "planar3r")
     np.testing.assert_array_equal(arm.gravity, np.zeros(3))
     assert arm.model == ARM.model
 
@@ -232,7 +236,7 @@ def test_gains_of_every_form_are_saved(tmp_path):
 
 
 def test_a_diverged_run_comes_back(tmp_path):
-    run = simulate(law("null-space-vector"), A, q0=Q0, dt=0.2)
+    run = simulate(law("null-space-vector"), A, q0=Q0, dt=0.2, events=[Diverged()])
     run.save(tmp_path / "run.npz")
     assert Run.load(tmp_path / "run.npz") == run
     assert Run.load(tmp_path / "run.npz").status == "diverged"

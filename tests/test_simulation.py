@@ -10,8 +10,7 @@ from scipy.optimize import minimize_scalar
 from aspect_control import Arm, StraightLine, controllers, simulate
 from aspect_control.exceptions import NonFiniteError, ParameterError, ShapeError, UnknownNameError
 from aspect_control.resources import model_path
-from aspect_control.simulation import INTEGRATORS, Integrator, Plant, RungeKutta4, SemiImplicitEuler
-from aspect_control.simulation.loop import DIVERGED_SPEED
+from aspect_control.simulation import INTEGRATORS, Diverged, Integrator, Plant, RungeKutta4, SemiImplicitEuler
 
 ARM = Arm.from_urdf(model_path("planar3r.urdf"), frame="tool", task="xy", gravity=(0, 0, 0))
 HANGING = Arm.from_urdf(model_path("planar3r.urdf"), frame="tool", task="xy", gravity=(0, -9.81, 0))
@@ -278,7 +277,8 @@ def test_progress_grows_to_one():
 
 def test_progress_ends_at_one_for_a_run_that_diverges():
     parts = []
-    assert simulate(law("null-space-vector"), A, q0=Q0, dt=0.2, progress=parts.append).status == "diverged"
+    run = simulate(law("null-space-vector"), A, q0=Q0, dt=0.2, events=[Diverged()], progress=parts.append)
+    assert run.status == "diverged"
     assert parts == sorted(parts)
     assert parts[-1] == 1.0
 
@@ -329,29 +329,36 @@ def test_a_simulation_is_silent(capfd):
     ],
 )
 def test_a_run_that_diverges_ends_there_and_says_when(name, options):
-    run = simulate(law(name), A, q0=Q0, **options)
+    run = simulate(law(name), A, q0=Q0, events=[Diverged()], **options)
     assert run.status == "diverged"
-    next_time = len(run.t) * run.info.dt
-    assert run.message.startswith(f"diverged at t = {next_time:.6g} s: ")
+    assert run.message.startswith(f"diverged at t = {run.t[-1]:.6g} s: joint ")
     recorded = (run.q, run.v, run.tau, run.x_desired, run.dx_desired, run.ddx_desired)
     assert all(len(array) == len(run.t) < 2001 for array in recorded)
     assert all(np.isfinite(array).all() for array in recorded)
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_nothing_is_recorded_beyond_the_speed_of_a_diverged_run(name):
-    run = simulate(law(name), A, q0=Q0, dt=0.2)
+def test_only_the_last_sample_of_a_diverged_run_is_beyond_the_speed(name):
+    run = simulate(law(name), A, q0=Q0, dt=0.2, events=[Diverged()])
     assert run.status == "diverged"
-    assert np.abs(run.v).max() <= DIVERGED_SPEED
+    assert np.abs(run.v[:-1]).max() <= Diverged().speed < np.abs(run.v[-1]).max()
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("name", LAWS)
 def test_the_fastest_start_diverges_without_a_warning(name, sign):
     # Warnings are errors in this test suite.
-    run = simulate(law(name), A, q0=Q0, v0=np.full(3, sign * DIVERGED_SPEED))
-    assert run.status == "diverged"
+    run = simulate(law(name), A, q0=Q0, v0=np.full(3, sign * Diverged().speed))
+    assert (run.status, len(run.t)) == ("diverged", 2)
     assert np.isfinite(run.tau).all()
+
+
+@pytest.mark.parametrize("speed", [1e6, -1e100])
+@pytest.mark.parametrize("name", LAWS)
+def test_a_start_faster_than_any_arm_diverges_without_a_warning_if_no_event_ends_it(name, speed):
+    run = simulate(law(name), A, q0=Q0, v0=np.full(3, speed), events=())
+    assert run.status == "diverged"
+    assert all(np.isfinite(array).all() for array in (run.q, run.v, run.tau))
 
 
 # What is refused
@@ -376,10 +383,18 @@ def test_a_start_that_is_not_finite_is_refused(name, value):
         simulate(Idle(ARM), A, **{"q0": Q0, name: [0.0, value, 0.0]})
 
 
-@pytest.mark.parametrize("v0", [[1.1e6, 0.0, 0.0], [0.0, -1.1e6, 0.0], [1e308, 1e308, 1e308]])
-def test_a_start_that_has_diverged_already_is_refused(v0):
-    with pytest.raises(ParameterError, match="v0 must be within"):
-        simulate(Idle(ARM), A, q0=Q0, v0=v0)
+@pytest.mark.parametrize("v0", [[1.1e3, 0.0, 0.0], [0.0, -1.1e6, 0.0]])
+def test_a_start_that_has_diverged_already_is_a_run_of_one_sample(v0):
+    run = simulate(Idle(ARM), A, q0=Q0, v0=v0)
+    assert (run.status, len(run.t)) == ("diverged", 1)
+    np.testing.assert_array_equal(run.v, [v0])
+
+
+@pytest.mark.parametrize("speed", [1e160, 1e308])
+@pytest.mark.parametrize("name", LAWS)
+def test_a_start_at_which_the_torque_overflows_is_refused(name, speed):
+    with pytest.raises(ParameterError, match=f"the run cannot start: diverged at t = 0 s: {name}: .*{speed:g} rad/s"):
+        simulate(law(name), A, q0=Q0, v0=np.full(3, speed))
 
 
 @pytest.mark.parametrize("dt", [0.0, -1e-3, np.nan, np.inf, 2.1, 1e-12, 5e-324, "short", None])
@@ -511,7 +526,7 @@ def test_jmdc_hardly_needs_the_minor_measure_on_trajectory_a(runs):
 def test_mujoco_moves_the_same_way_under_the_same_torques(runs):
     run = runs["modified-null-space-vector"]
     # MuJoCo asks for positive principal inertias; turning about its own axis a rod of this arm never does.
-    model = mujoco.MjModel.from_xml_string(ARM.urdf.replace('ixx="0"', 'ixx="0.001"'))
+    model = mujoco.MjModel.from_xml_string(ARM.description.urdf.replace('ixx="0"', 'ixx="0.001"'))
     model.opt.gravity[:], model.opt.timestep, model.opt.integrator = 0.0, 1e-3, mujoco.mjtIntegrator.mjINT_RK4
     data = mujoco.MjData(model)
     data.qpos[:] = Q0

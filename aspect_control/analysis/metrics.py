@@ -25,22 +25,28 @@ class ZeroCrossing(NamedTuple):
 
 
 def minor_zero_crossings(run: Run) -> list[ZeroCrossing]:
-    """Return every sign change of a minor, in order of time."""
+    """Return every sign change of a minor, in order of time, but for minors that have no sign at the start."""
     crossings = []
-    for index, (values, signs) in enumerate(zip(run.minors.T, run.aspect_signatures.T, strict=True)):
+    for index in _signed_at_start(run):
+        values, signs = run.minors[:, index], run.aspect_signatures[:, index]
         sampled = np.flatnonzero(signs)
         changes = np.flatnonzero(np.diff(signs[sampled]))
         before, after = sampled[changes], sampled[changes + 1]
         share = values[before] / (values[before] - values[after])
         times = run.t[before] + share * (run.t[after] - run.t[before])
-        crossings += [ZeroCrossing(index + 1, float(time)) for time in times]
+        crossings += [ZeroCrossing(int(index) + 1, float(time)) for time in times]
     return sorted(crossings, key=lambda crossing: crossing.time)
 
 
 def aspect_preserved(run: Run) -> bool:
-    """Tell whether every minor keeps the sign that it has at the start, and none is zero."""
-    signs = run.aspect_signatures
-    return bool(np.all(signs == signs[:1]) and np.all(signs != 0))
+    """Tell whether every minor that has a sign at the start keeps it; see `Arm.minors_on_border`."""
+    signs = run.aspect_signatures[:, _signed_at_start(run)]
+    return bool(np.all(signs == signs[:1]))
+
+
+def _signed_at_start(run: Run) -> NDArray[np.intp]:
+    """Return the indices of the minors that are off the border at the start, shape (p,)."""
+    return np.setdiff1d(np.arange(run.minors.shape[1]), run.arm.minors_on_border(run.q[0]))
 
 
 def peak_torque(run: Run) -> tuple[Array, Array]:
@@ -74,9 +80,10 @@ def summarize(run: Run) -> dict[str, Any]:
     """Return the run's figures of merit as plain numbers, strings and lists, for JSON.
 
     Returns:
-        `status`; `peak_torque` (N m) and `peak_torque_time` (s), one a joint; `aspect_preserved`;
+        `status` and `message`; `peak_torque` (N m) and `peak_torque_time` (s), one a joint; `aspect_preserved`;
         `minor_zero_crossings`, a list of `{"minor": counted from 1, "time": s}`; `maciejewski_product_max`
-        (rad²/s³) and `maciejewski_product_max_time` (s); `max_tracking_error` (m); `torque_total_variation` (N m, one
+        (rad²/s³) and `maciejewski_product_max_time` (s); `max_tracking_error` (m); `max_orientation_error` (rad);
+        `minors`, how many there are; `minors_on_border_at_start`, counted from 1; `torque_total_variation` (N m, one
         a joint); `torque_squared_integral` (N² m² s); and, for laws that switch, `null_space_term_on`, a list of
         [start, end] in s.
     """
@@ -84,6 +91,7 @@ def summarize(run: Run) -> dict[str, Any]:
     product = run.maciejewski_product
     summary = {
         "status": run.status,
+        "message": run.message,
         "peak_torque": torques.tolist(),
         "peak_torque_time": [_seconds(time) for time in times],
         "aspect_preserved": aspect_preserved(run),
@@ -91,6 +99,9 @@ def summarize(run: Run) -> dict[str, Any]:
         "maciejewski_product_max": float(product.max()),
         "maciejewski_product_max_time": _seconds(run.t[product.argmax()]),
         "max_tracking_error": float(run.tracking_error.max()),
+        "max_orientation_error": float(run.orientation_error.max()),
+        "minors": run.minors.shape[1],
+        "minors_on_border_at_start": (run.arm.minors_on_border(run.q[0]) + 1).tolist(),
         "torque_total_variation": total_variation(run.tau).tolist(),
         "torque_squared_integral": float((run.tau[:-1] ** 2).sum() * run.info.dt),
     }

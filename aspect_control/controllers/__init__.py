@@ -5,7 +5,7 @@ from .jmdc import JMinorDynamicControl
 from .modified_null_space_vector import ModifiedNullSpaceVector
 from .null_space_vector import NullSpaceVector
 from .pseudoinverse import Pseudoinverse
-from .registry import available, create, find, parameter_names
+from .registry import available, create, describe_parameters, find, parameter_names
 
 __all__ = [
     "Controller",
@@ -16,6 +16,7 @@ __all__ = [
     "TaskSpaceController",
     "available",
     "create",
+    "describe_parameters",
     "find",
     "parameter_names",
 ]

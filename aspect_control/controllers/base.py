@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from typing import Any, ClassVar
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ..arm import Arm, ArmState
@@ -94,11 +95,12 @@ class Controller(ABC):
             NonFiniteError: If q or v is not finite, or the torque overflows.
             NotResetError: If the law has memory and `reset` was not called.
         """
-        if target.x.shape != (self.arm.task_dim,):
-            raise ShapeError(
-                f"the target must have {self.arm.task_dim} coordinates {self.arm.task}, got {target.x.shape[0]}"
-            )
-        state = self.arm.state(q, v)
+        arm = self.arm
+        if target.dx.shape != (arm.task_dim,) or isinstance(target.x, pin.SE3) != arm.coordinates.has_rotation:
+            expected = "a pin.SE3 as x and" if arm.coordinates.has_rotation else "an array as x and"
+            given = f"{type(target.x).__name__} and {target.dx.shape[0]}"
+            raise ShapeError(f"the target for {arm.task} must have {expected} {arm.task_dim} rates, got {given}")
+        state = arm.state(q, v)
         with np.errstate(over="ignore", invalid="ignore"):
             tau = self.command(state, target)
         if not np.isfinite(tau).all():
@@ -135,10 +137,12 @@ class TaskSpaceController(Controller):
         super().__init__(arm, arm.task_dim, kp, kv)
 
     def commanded_acceleration(self, state: ArmState, target: Target) -> Array:
-        """Return ẍ_d + K_v ė + K_p e − J̇θ̇ of Eq. (5), shape (m,), m/s²."""
-        acceleration: Array = (
-            target.ddx + self.kv @ (target.dx - state.dx) + self.kp @ (target.x - state.x) - state.drift
-        )
+        """Return ẍ_d + K_v ė + K_p e − J̇θ̇ of Eq. (5), shape (m,), m/s² and rad/s².
+
+        The rotation rows of e are the rotation vector from the actual to the desired orientation.
+        """
+        error = self.arm.coordinates.error(target.x, state.x)
+        acceleration: Array = target.ddx + self.kv @ (target.dx - state.dx) + self.kp @ error - state.drift
         return acceleration
 
 

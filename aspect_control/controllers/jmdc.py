@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..arm import Arm, ArmState
 from ..checks import non_negative
-from ..exceptions import NotResetError
+from ..exceptions import AspectBorderWarning, NotResetError
 from ..redundancy import Array, minor_measure_gradient, pseudoinverse
 from ..trajectories import Target
 from .base import Controller
@@ -25,6 +26,14 @@ class JMinorDynamicControl(Controller):
 
     with θ_d^0 = θ^0 and θ̇_d^0 = θ̇^0, the measured start. The law has memory: every call of `torque` is one sample.
     The target's position and acceleration are not used: the task is tracked in velocity, as printed.
+
+    H is made of the minors that are not structurally zero. A start on the border of an aspect, where a minor is zero,
+    is reported by an `AspectBorderWarning`; such minors have no sign to keep and are left out of H until the next
+    `reset`.
+
+    Attributes:
+        kappa: κ, the weight of the minor measure.
+        minor_columns: Columns of the minors that H is made of, shape (p, m).
     """
 
     name = "jmdc"
@@ -43,9 +52,11 @@ class JMinorDynamicControl(Controller):
             ShapeError: If a gain has the wrong shape.
             NonFiniteError: If a gain is not finite.
             ParameterError: If a gain or κ is negative.
+            TooManyMinorsError: If κ is not zero and the Jacobian has more minors than can be handled.
         """
         super().__init__(arm, arm.nv, kp, kv)
         self.kappa = non_negative("kappa", kappa)
+        self.minor_columns = arm.minor_columns if self.kappa > 0.0 else np.empty((0, arm.task_dim), dtype=np.intp)
         self._dt: float | None = None
         self._q_d = self._v_d = self._v_d_before = np.zeros(0)
 
@@ -55,9 +66,19 @@ class JMinorDynamicControl(Controller):
         return {**super().parameters, "kappa": self.kappa}
 
     def start(self, q: Array, v: Array, dt: float) -> None:
-        """Set θ_d^0 = θ^0 and θ̇_d^0 = θ̇^0."""
+        """Set θ_d^0 = θ^0 and θ̇_d^0 = θ̇^0, and leave out the minors that are zero there."""
         self._dt = dt
         self._q_d, self._v_d, self._v_d_before = q, v, v
+        if self.kappa > 0.0:
+            on_border = self.arm.minors_on_border(q)
+            self.minor_columns = np.delete(self.arm.minor_columns, on_border, axis=0)
+            if len(on_border) > 0:
+                warnings.warn(
+                    f"jmdc starts on the border of an aspect: {len(on_border)} of {len(self.arm.minor_columns)} minors "
+                    f"are zero and left out of the minor measure: {self.arm.describe_minors(on_border)}",
+                    AspectBorderWarning,
+                    stacklevel=3,
+                )
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m, and move the commanded joint motion on by one sample."""
@@ -74,6 +95,7 @@ class JMinorDynamicControl(Controller):
         J, J_pinv = state.J, pseudoinverse(state.J)
         velocity: Array = J_pinv @ target.dx
         if self.kappa > 0.0:
-            gradient = minor_measure_gradient(J, self.arm.jacobian_derivative(state.q))
+            dJ = self.arm.jacobian_derivative(state.q)
+            gradient = minor_measure_gradient(J, dJ, self.minor_columns)
             velocity += self.kappa * (gradient - J_pinv @ (J @ gradient))
         return velocity

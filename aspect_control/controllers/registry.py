@@ -40,6 +40,14 @@ def parameter_names(law: type[Controller]) -> tuple[str, ...]:
     return tuple(name for name in inspect.signature(law).parameters if name != "arm")
 
 
+def describe_parameters(law: type[Controller]) -> str:
+    """Return a law's parameters with their defaults, in words."""
+    parameters = [each for each in inspect.signature(law).parameters.values() if each.name != "arm"]
+    return ", ".join(
+        each.name if each.default is inspect.Parameter.empty else f"{each.name} = {each.default}" for each in parameters
+    )
+
+
 def create(name: str, arm: Arm, **parameters: Any) -> Controller:
     """Construct a law by name.
 

@@ -2,6 +2,7 @@
 
 from .array import Array
 from .minors import (
+    MAX_MINORS,
     aspect_signature,
     border_tolerance,
     manipulability,
@@ -9,12 +10,14 @@ from .minors import (
     minor_measure,
     minor_measure_gradient,
     minors,
+    structural_minor_columns,
 )
 from .pseudoinverse import null_space_basis, null_space_projector, pseudoinverse
 from .stability import homogeneous_acceleration, homogeneous_velocity
 from .torque import minimum_torque, pseudoinverse_torque, task_acceleration
 
 __all__ = [
+    "MAX_MINORS",
     "Array",
     "aspect_signature",
     "border_tolerance",
@@ -30,5 +33,6 @@ __all__ = [
     "null_space_projector",
     "pseudoinverse",
     "pseudoinverse_torque",
+    "structural_minor_columns",
     "task_acceleration",
 ]

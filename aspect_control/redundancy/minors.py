@@ -11,6 +11,7 @@ a minor stand in rotated order, which fixes its sign. For n = 3, m = 2 this give
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from itertools import combinations
 
@@ -18,6 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .array import Array
+
+MAX_MINORS = 20_000
+"""The most minors that are computed at once: every one is an m × m determinant at every sample."""
+
+STRUCTURAL_TOLERANCE = 1e-9
+"""Relative size below which a minor counts as zero in a posture, for `structural_minor_columns`."""
+
+_BLOCK = 4_000_000
+"""Numbers that are gathered at once when the minors of many Jacobians are computed: 32 MB."""
 
 
 @lru_cache(maxsize=64)
@@ -30,7 +40,13 @@ def minor_columns(n: int, m: int) -> NDArray[np.intp]:
 
     Returns:
         Column indices counted from 0, shape (p, m) with p = n! / (m! (n − m)!); read-only.
+
+    Raises:
+        ValueError: If there are more than `MAX_MINORS`.
     """
+    count = math.comb(n, m)
+    if count > MAX_MINORS:
+        raise ValueError(f"a {m} × {n} Jacobian has {count:,} minors; at most {MAX_MINORS:,} are computed")
     listed: dict[frozenset[int], tuple[int, ...]] = {}
     for subset in combinations(range(n), m):
         for shift in range(n):
@@ -42,32 +58,62 @@ def minor_columns(n: int, m: int) -> NDArray[np.intp]:
     return columns
 
 
-def minors(J: Array) -> Array:
-    """Return every m-th order minor δ_i of J; Eqs. (22)–(24) for n = 3, m = 2.
+def structural_minor_columns(J: Array) -> NDArray[np.intp]:
+    """Return the columns of the minors that are not zero throughout a sample of Jacobians.
+
+    Args:
+        J: Jacobians of one arm in many random postures, shape (k, m, n).
+
+    Returns:
+        Those rows of `minor_columns` whose minor exceeds `STRUCTURAL_TOLERANCE` times the m-th power of the longest
+        column of J in at least one posture, shape (p, m).
+
+    Raises:
+        ValueError: If there are more than `MAX_MINORS`.
+    """
+    m, n = J.shape[-2:]
+    longest = np.linalg.norm(J, axis=-2).max(axis=-1)
+    sizes = np.abs(minors(J)) / longest[:, np.newaxis] ** m
+    columns: NDArray[np.intp] = minor_columns(n, m)[sizes.max(axis=0) > STRUCTURAL_TOLERANCE]
+    return columns
+
+
+def minors(J: Array, columns: NDArray[np.intp] | None = None) -> Array:
+    """Return the m-th order minors δ_i of J; Eqs. (22)–(24) for n = 3, m = 2.
 
     Args:
         J: Jacobian or a stack of them, shape (..., m, n).
+        columns: Columns of the minors to return, shape (p, m); None for all, in the order of `minor_columns`.
 
     Returns:
-        The minors in the order of `minor_columns`, shape (..., p). Their unit is the product of the units of J's rows:
-        m² for two positions and revolute joints.
+        The minors, shape (..., p). Their unit is the product of the units of J's rows: m² for two positions and
+        revolute joints.
+
+    Raises:
+        ValueError: If all are asked for and there are more than `MAX_MINORS`.
     """
-    result: Array = np.linalg.det(_square_submatrices(J))
-    return result
+    m, n = J.shape[-2:]
+    chosen = minor_columns(n, m) if columns is None else columns
+    stack = J.reshape(-1, m, n)
+    block = max(1, _BLOCK // max(chosen.size * m, 1))
+    parts = [np.linalg.det(_submatrices(stack[i : i + block], chosen)) for i in range(0, len(stack), block)]
+    values: Array = np.concatenate(parts) if parts else np.empty((0, len(chosen)))
+    return values.reshape(*J.shape[:-2], len(chosen))
 
 
-def aspect_signature(J: Array) -> NDArray[np.int8]:
+def aspect_signature(J: Array, columns: NDArray[np.intp] | None = None) -> NDArray[np.int8]:
     """Return the sign of every minor: two configurations joined by a path of one signature share an aspect.
 
     A minor that is zero to the rounding of J counts as zero; see `border_tolerance`.
 
     Args:
         J: Jacobian or a stack of them, shape (..., m, n).
+        columns: Columns of the minors to look at, shape (p, m); None for all.
 
     Returns:
-        −1, 0 (on a border) or 1 for each minor in the order of `minor_columns`, shape (..., p).
+        −1, 0 (on a border) or 1 for each minor, shape (..., p).
     """
-    values = minors(J)
+    values = minors(J, columns)
     on_border = np.abs(values) <= border_tolerance(J)[..., np.newaxis]
     return np.where(on_border, 0.0, np.sign(values)).astype(np.int8)
 
@@ -105,22 +151,23 @@ def manipulability(J: Array) -> Array:
     return result
 
 
-def minor_measure(J: Array) -> Array:
+def minor_measure(J: Array, columns: NDArray[np.intp] | None = None) -> Array:
     """Return H = |δ₁ δ₂ … δ_p|^(1/p), Eq. (18): the geometric mean of the minors' magnitudes.
 
     Args:
         J: Jacobian or a stack of them, shape (..., m, n).
+        columns: Columns of the minors that H is made of, shape (p, m); None for all.
 
     Returns:
         H, shape (...), in the unit of the minors; zero on the border of an aspect.
     """
     with np.errstate(divide="ignore"):
-        logarithms = np.log(np.abs(minors(J)))
+        logarithms = np.log(np.abs(minors(J, columns)))
     measure: Array = np.exp(logarithms.mean(axis=-1))
     return measure
 
 
-def minor_measure_gradient(J: Array, dJ: Array) -> Array:
+def minor_measure_gradient(J: Array, dJ: Array, columns: NDArray[np.intp] | None = None) -> Array:
     """Return ∇H, the gradient of the minor measure of Eq. (18) with respect to the joint coordinates.
 
     From ∂ ln|δ_S| / ∂q_k = tr(J_S⁻¹ ∂J_S/∂q_k), summed over all minors before it meets ∂J/∂q: the inverses are added
@@ -132,23 +179,23 @@ def minor_measure_gradient(J: Array, dJ: Array) -> Array:
     Args:
         J: Jacobian, shape (m, n).
         dJ: Its derivatives dJ[i, j, k] = ∂J[i, j] / ∂q_k, shape (m, n, n).
+        columns: Columns of the minors that H is made of, shape (p, m); None for all.
 
     Returns:
         ∇H, shape (n,), in the unit of H per rad (per m for a prismatic joint). Never NaN.
     """
     m, n = J.shape
-    columns = minor_columns(n, m)
-    submatrices = _square_submatrices(J)
+    chosen = minor_columns(n, m) if columns is None else columns
+    submatrices = _submatrices(J, chosen)
     values = np.linalg.det(submatrices)
-    if np.any(np.abs(values) <= border_tolerance(J)):
+    if len(chosen) == 0 or np.any(np.abs(values) <= border_tolerance(J)):
         return np.zeros(n)
     summed_inverses = np.zeros((n, m))
-    np.add.at(summed_inverses, columns, np.linalg.inv(submatrices))
+    np.add.at(summed_inverses, chosen, np.linalg.inv(submatrices))
     measure = np.exp(np.log(np.abs(values)).mean())
-    gradient: Array = measure / len(columns) * np.einsum("ji,ijk->k", summed_inverses, dJ)
+    gradient: Array = measure / len(chosen) * np.einsum("ji,ijk->k", summed_inverses, dJ)
     return gradient
 
 
-def _square_submatrices(J: Array) -> Array:
-    m, n = J.shape[-2:]
-    return np.moveaxis(J[..., minor_columns(n, m)], -2, -3)
+def _submatrices(J: Array, columns: NDArray[np.intp]) -> Array:
+    return np.moveaxis(J[..., columns], -2, -3)

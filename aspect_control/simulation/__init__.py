@@ -1,5 +1,16 @@
-"""The closed loop: plant, integrators, the loop itself and its recording."""
+"""The closed loop: plant, integrators, events, the loop itself and its recording."""
 
+from .events import (
+    DEFAULT_EVENTS,
+    Diverged,
+    Event,
+    JointLimit,
+    Moment,
+    Singular,
+    TorqueLimit,
+    TrackingLost,
+    WorkspaceLeft,
+)
 from .integrators import INTEGRATORS, Integrator, RungeKutta4, SemiImplicitEuler
 from .loop import simulate
 from .plant import Plant
@@ -7,12 +18,21 @@ from .run import Run
 from .run_file import RunInfo
 
 __all__ = [
+    "DEFAULT_EVENTS",
     "INTEGRATORS",
+    "Diverged",
+    "Event",
     "Integrator",
+    "JointLimit",
+    "Moment",
     "Plant",
     "Run",
     "RunInfo",
     "RungeKutta4",
     "SemiImplicitEuler",
+    "Singular",
+    "TorqueLimit",
+    "TrackingLost",
+    "WorkspaceLeft",
     "simulate",
 ]

@@ -35,7 +35,7 @@ class Run:
         q: Joint configurations, shape (k, nq), rad.
         v: Joint velocities, shape (k, nv), rad/s.
         tau: Joint torques, shape (k, nv), N m.
-        x_desired: Desired task coordinates, shape (k, m), m.
+        x_desired: Desired task values, shape (k, m), m; for a task with rotations (k, 7), position and quaternion.
         dx_desired: Desired task velocities, shape (k, m), m/s.
         ddx_desired: Desired task accelerations, shape (k, m), m/s².
         arm: The arm.
@@ -54,7 +54,7 @@ class Run:
 
     @property
     def status(self) -> Status:
-        """`"finished"` or `"diverged"`."""
+        """How the run ended: `"finished"`, or the status of the event that ended it."""
         return self.info.status
 
     @property
@@ -64,13 +64,27 @@ class Run:
 
     @cached_property
     def x(self) -> Array:
-        """Task coordinates, shape (k, m), m."""
-        return self._stack((self.arm.task_position(q) for q in self.q), (self.arm.task_dim,))
+        """Task values, shape (k, m), m; for a task with rotations (k, 7), position and quaternion."""
+        coordinates = self.arm.coordinates
+        return self._stack((coordinates.encode(self.arm.task_position(q)) for q in self.q), (coordinates.encoded_size,))
+
+    @cached_property
+    def task_error(self) -> Array:
+        """Task error e = x_d − x as the laws feed it back, shape (k, m), m and rad."""
+        task = self.arm.coordinates
+        pairs = zip(self.x_desired, self.x, strict=True)
+        return self._stack((task.error(task.decode(d), task.decode(x)) for d, x in pairs), (self.arm.task_dim,))
 
     @cached_property
     def tracking_error(self) -> Array:
-        """Distance ‖x_d − x‖ between the desired and the actual task coordinates, shape (k,), m."""
-        error: Array = np.linalg.norm(self.x_desired - self.x, axis=1)
+        """Distance between the desired and the actual task coordinates: the norm of the position rows of e, (k,), m."""
+        error: Array = np.linalg.norm(self.task_error[:, self.arm.coordinates.position_rows], axis=1)
+        return error
+
+    @cached_property
+    def orientation_error(self) -> Array:
+        """Norm of the rotation rows of e, shape (k,), rad; zero for a task of positions."""
+        error: Array = np.linalg.norm(self.task_error[:, self.arm.coordinates.rotation_rows], axis=1)
         return error
 
     @cached_property
@@ -80,13 +94,13 @@ class Run:
 
     @cached_property
     def minors(self) -> Array:
-        """Full-row-rank minors in the order of `redundancy.minor_columns`, shape (k, p)."""
-        return minors(self.jacobians)
+        """Minors in the order of `arm.minor_columns`, which leaves structurally zero ones out, shape (k, p)."""
+        return minors(self.jacobians, self.arm.minor_columns)
 
     @cached_property
     def aspect_signatures(self) -> NDArray[np.int8]:
         """Sign of each minor: −1, 0 on a border, or 1, shape (k, p)."""
-        return aspect_signature(self.jacobians)
+        return aspect_signature(self.jacobians, self.arm.minor_columns)
 
     @cached_property
     def homogeneous_velocity(self) -> Array:
@@ -161,10 +175,8 @@ class Run:
         """Tell whether two runs hold the same recording, bit for bit, of the same arm and law."""
         if not isinstance(other, Run):
             return NotImplemented
-        same_arm = all(
-            getattr(self.arm, name) == getattr(other.arm, name) for name in ("urdf", "frame", "task")
-        ) and np.array_equal(self.arm.gravity, other.arm.gravity)
-        return same_arm and self.info == other.info and all(_identical(self, other, name) for name in ARRAYS)
+        same = self.arm.description == other.arm.description and self.info == other.info
+        return same and all(_identical(self, other, name) for name in ARRAYS)
 
     __hash__ = None  # type: ignore[assignment]
 

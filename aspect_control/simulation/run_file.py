@@ -13,6 +13,7 @@ from typing import Any, BinaryIO, Literal, TypeAlias
 import numpy as np
 
 from ..arm import Arm
+from ..description import ArmDescription
 from ..exceptions import AspectControlError, RunFileError
 from ..files import atomic_path
 from ..redundancy import Array
@@ -23,7 +24,7 @@ FORMAT = "aspect-control run 1"
 ARRAYS = ("t", "q", "v", "tau", "x_desired", "dx_desired", "ddx_desired")
 """The recorded arrays."""
 
-Status: TypeAlias = Literal["finished", "diverged"]
+Status: TypeAlias = Literal["finished", "diverged", "singular", "torque limit", "joint limit", "tracking lost"]
 """How a run can end."""
 
 
@@ -37,7 +38,7 @@ class RunInfo:
         trajectory: The trajectory as it was constructed.
         dt: Sampling time, s.
         integrator: Name of the integrator.
-        status: `"finished"` or `"diverged"`.
+        status: How the run ended: `"finished"`, or the status of the event that ended it.
         message: The status in words, with the time.
         versions: Versions of Python and of the packages that computed the run.
     """
@@ -58,14 +59,13 @@ def write_run(path: str | os.PathLike[str], arrays: dict[str, Array], arm: Arm, 
     Args:
         path: The file.
         arrays: The arrays of `ARRAYS`.
-        arm: The arm; its URDF goes into the file.
+        arm: The arm; its description goes into the file.
         info: How the run came about.
 
     Raises:
         OutputError: If it cannot be written.
     """
-    gravity = [float(component) for component in arm.gravity]
-    header = json.dumps(asdict(_Header(FORMAT, _RecordedArm(arm.urdf, arm.frame, list(arm.task), gravity), info)))
+    header = json.dumps(asdict(_Header(FORMAT, arm.description, info)))
     with atomic_path(path) as temporary, temporary.open("wb") as file:
         np.savez_compressed(file, header=np.array(header), **arrays)  # type: ignore[arg-type]
 
@@ -91,9 +91,7 @@ def read_run(path: str | os.PathLike[str]) -> tuple[dict[str, Array], Arm, RunIn
         # A damaged archive can fail anywhere between the zip directory and the last array.
         raise RunFileError(f"{path} is not a recorded run (.npz written by Run.save): {error}") from error
     try:
-        arm = Arm.from_urdf_text(
-            header.arm.urdf, frame=header.arm.frame, task=header.arm.task, gravity=header.arm.gravity
-        )
+        arm = Arm.from_description(header.arm)
     except AspectControlError as error:
         raise RunFileError(f"the arm recorded in {path} cannot be built: {error}") from error
     _require_consistent(path, arrays, arm)
@@ -107,19 +105,11 @@ def versions() -> dict[str, str]:
 
 
 @dataclass(frozen=True)
-class _RecordedArm:
-    urdf: str
-    frame: str
-    task: list[str]
-    gravity: list[float]
-
-
-@dataclass(frozen=True)
 class _Header:
     """What a file holds besides the arrays."""
 
     format: str
-    arm: _RecordedArm
+    arm: ArmDescription
     info: RunInfo
 
 
@@ -136,7 +126,7 @@ def _read(file: BinaryIO) -> tuple[_Header, dict[str, Array]]:
 
 def _require_consistent(path: str | os.PathLike[str], arrays: dict[str, Array], arm: Arm) -> None:
     samples = arrays["t"].shape[:1]
-    columns = {"t": (), "q": (arm.nq,), "v": (arm.nv,), "tau": (arm.nv,)}
+    columns = {"t": (), "q": (arm.nq,), "v": (arm.nv,), "tau": (arm.nv,), "x_desired": (arm.coordinates.encoded_size,)}
     for name, array in arrays.items():
         expected = samples + columns.get(name, (arm.task_dim,))
         if array.shape != expected or array.dtype != np.float64:

@@ -3,5 +3,14 @@
 from .figures import comparison_figure, run_figure, save_figure
 from .report import reproduction_report
 from .style import law_name
+from .survey import survey_figure, survey_report
 
-__all__ = ["comparison_figure", "law_name", "reproduction_report", "run_figure", "save_figure"]
+__all__ = [
+    "comparison_figure",
+    "law_name",
+    "reproduction_report",
+    "run_figure",
+    "save_figure",
+    "survey_figure",
+    "survey_report",
+]

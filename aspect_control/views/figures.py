@@ -39,7 +39,7 @@ def run_figure(run: Run, title: str = "") -> Any:
         for panel, name in zip(axes.flat, names, strict=True):
             panel.set_title(name, pad=24.0)
         for panel in axes.flat[1:]:
-            panel.set_xlim(run.t[0], run.t[-1])
+            panel.set_xlim(run.t[0], max(run.t[-1], run.t[0] + run.info.dt))
         figure.suptitle(title or law_name(run.info.controller))
         return figure
 
@@ -48,7 +48,7 @@ def comparison_figure(runs: Mapping[str, Run], title: str = "") -> Any:
     """Draw several runs of one trajectory side by side.
 
     Args:
-        runs: Runs by registry name of their laws.
+        runs: Runs by the labels of their laws.
         title: Heading of the figure.
 
     Returns:
@@ -61,19 +61,21 @@ def comparison_figure(runs: Mapping[str, Run], title: str = "") -> Any:
         figure: Any = Figure(figsize=(12.0, 7.2), layout="constrained")
         top, bottom = figure.subfigures(2, 1, height_ratios=(1.0, 1.4))
         motions = top.subplots(1, len(runs), sharex=True, sharey=True, squeeze=False)[0]
-        for axes, run in zip(motions, runs.values(), strict=True):
+        for axes, (label, run) in zip(motions, runs.items(), strict=True):
             time_colour = draw_arm_motion(axes, run)
-            axes.set_title(law_name(run.info.controller))
+            axes.set_title(law_name(label))
             axes.label_outer()
-            axes.get_legend().remove()
+            if axes.get_legend() is not None:
+                axes.get_legend().remove()
         top.colorbar(time_colour, ax=motions, label="time (s)", shrink=0.8)
         torque, self_motion, minor = bottom.subplots(1, 3)
         unit = minor_unit(next(iter(runs.values())).arm)
-        for index, run in enumerate(runs.values()):
-            look = {"color": COLOURS[index % 7], "linestyle": DASHES[index % 7], "label": law_name(run.info.controller)}
+        for index, (label, run) in enumerate(runs.items()):
+            look = {"color": COLOURS[index % 7], "linestyle": DASHES[index % 7], "label": law_name(label)}
             torque.semilogy(run.t, np.abs(run.tau).max(axis=1), **look)
             self_motion.semilogy(run.t[1:], np.linalg.norm(run.homogeneous_velocity, axis=1)[1:], **look)
-            minor.plot(run.t, np.abs(run.minors).min(axis=1), **look)
+            signed = np.delete(run.minors, run.arm.minors_on_border(run.q[0]), axis=1)
+            minor.plot(run.t, np.abs(signed).min(axis=1, initial=np.inf), **look)
         torque.set(title="largest joint torque", ylabel=r"max$_i\,|\tau_i|$ (N m)", xlabel="time (s)")
         self_motion.set(title="self-motion", ylabel=r"$\|\dot{\theta}_H\|$ (rad/s)", xlabel="time (s)")
         minor.set(title="distance to the aspect's border", ylabel=f"min$_i\\,|\\delta_i|$ ({unit})", xlabel="time (s)")

@@ -8,15 +8,34 @@ import numpy as np
 
 from ..analysis import minor_zero_crossings
 from ..arm import Arm
+from ..redundancy import Array
 from ..simulation import Run
+from ..tasks import AXES, POSITION_AXES
 from .style import COLOURS, DASHES
 
 STICK_INTERVAL = 0.1
 """Time between the stick figures of an arm motion, s."""
 
 
+MOST_NAMED = 8
+"""The most curves of one panel that are named in its legend."""
+
+
+def drawing_plane(run: Run) -> tuple[int, int]:
+    """Return the two world axes, 0 to 2, that a run is drawn in.
+
+    They are the task's own if it has two positions, else those in which the moving arm is widest.
+    """
+    positions = [AXES.index(axis) for axis in run.arm.task if axis in POSITION_AXES]
+    if len(positions) == 2:
+        return positions[0], positions[1]
+    points = np.concatenate([run.arm.skeleton(run.q[i]) for i in _stick_samples(run)])
+    first, second = sorted(np.argsort(np.ptp(points, axis=0))[-2:])
+    return int(first), int(second)
+
+
 def draw_arm_motion(axes: Any, run: Run) -> Any:
-    """Draw the arm as overlaid stick figures in the plane of the task's first two coordinates.
+    """Draw the arm as overlaid stick figures, projected on `drawing_plane`.
 
     Args:
         axes: The `matplotlib.axes.Axes` to draw into.
@@ -29,17 +48,17 @@ def draw_arm_motion(axes: Any, run: Run) -> Any:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
 
-    columns = ["xyz".index(axis) for axis in run.arm.task[:2]]
-    colour = ScalarMappable(
-        Normalize(run.t[0], run.t[-1]), ListedColormap(colormaps["viridis"](np.linspace(0.0, 0.88, 256)))
-    )
-    every = max(1, round(STICK_INTERVAL / run.info.dt))
-    for i in range(0, len(run.t), every):
-        points = run.arm.skeleton(run.q[i])[:, columns]
+    plane = list(drawing_plane(run))
+    end = max(run.t[-1], run.t[0] + run.info.dt)
+    colour = ScalarMappable(Normalize(run.t[0], end), ListedColormap(colormaps["viridis"](np.linspace(0.0, 0.88, 256))))
+    for i in _stick_samples(run):
+        points = run.arm.skeleton(run.q[i])[:, plane]
         axes.plot(*points.T, color=colour.to_rgba(run.t[i]), linewidth=1.1, marker="o", markersize=2.2)
-    axes.plot(*run.x_desired[:, :2].T, color=COLOURS[1], linestyle="--", linewidth=1.4, label="desired path")
-    axes.set(xlabel=f"{run.arm.task[0]} (m)", ylabel=f"{run.arm.task[1]} (m)", aspect="equal")
-    _legend_above(axes)
+    path = _desired_positions(run)
+    if np.isfinite(path[:, plane]).all():
+        axes.plot(*path[:, plane].T, color=COLOURS[1], linestyle="--", linewidth=1.4, label="desired path")
+        _legend_above(axes)
+    axes.set(xlabel=f"{AXES[plane[0]]} (m)", ylabel=f"{AXES[plane[1]]} (m)", aspect="equal")
     return colour
 
 
@@ -53,16 +72,22 @@ def draw_torques(axes: Any, run: Run) -> None:
 
 def draw_minors(axes: Any, run: Run) -> None:
     """Draw the minors over time and mark where one changes sign, that is, where the arm leaves its aspect."""
+    named = run.minors.shape[1] <= MOST_NAMED
     for index, minor in enumerate(run.minors.T):
-        label = f"$\\delta_{{{index + 1}}}$"
-        axes.plot(run.t, minor, color=COLOURS[index % 7], linestyle=DASHES[index % 7], label=label)
+        label = f"$\\delta_{{{index + 1}}}$" if named else "_"
+        dashes = DASHES[index % 7] if named else "-"
+        axes.plot(
+            run.t, minor, color=COLOURS[index % 7], linestyle=dashes, linewidth=None if named else 1.0, label=label
+        )
     axes.axhline(0.0, color="black", linewidth=0.8)
     crossings = minor_zero_crossings(run)
     if crossings:
         times = [crossing.time for crossing in crossings]
-        axes.plot(times, np.zeros(len(times)), "ko", markersize=6, fillstyle="none", label="sign change", zorder=5)
+        label = "sign change" if named else f"sign changes of {run.minors.shape[1]} minors: {len(crossings)}"
+        axes.plot(times, np.zeros(len(times)), "ko", markersize=6, fillstyle="none", label=label, zorder=5)
     axes.set(xlabel="time (s)", ylabel=f"minors ({minor_unit(run.arm)})")
-    _legend_above(axes)
+    if named or crossings:
+        _legend_above(axes)
 
 
 def draw_maciejewski_product(axes: Any, run: Run) -> None:
@@ -90,7 +115,23 @@ def draw_maciejewski_product(axes: Any, run: Run) -> None:
 
 def minor_unit(arm: Arm) -> str:
     """Return the unit of an arm's minors, for revolute joints."""
-    return f"m$^{arm.task_dim}$" if arm.task_dim > 1 else "m"
+    positions = len(arm.coordinates.position_rows)
+    return "1" if positions == 0 else "m" if positions == 1 else f"m$^{positions}$"
+
+
+def _stick_samples(run: Run) -> range:
+    """Return the samples at which a stick figure is drawn."""
+    return range(0, len(run.t), max(1, round(STICK_INTERVAL / run.info.dt)))
+
+
+def _desired_positions(run: Run) -> Array:
+    """Return the desired path in the world frame, shape (k, 3), m; NaN in directions that are free."""
+    path = np.full((len(run.t), 3), np.nan)
+    rows = run.arm.coordinates.position_rows
+    axes = [run.arm.coordinates.rows[row] for row in rows]
+    # A pose is recorded as x, y, z and a quaternion; positions as the task's own rows.
+    path[:, axes] = run.x_desired[:, axes if run.arm.coordinates.has_rotation else rows]
+    return path
 
 
 def _legend_above(axes: Any) -> None:

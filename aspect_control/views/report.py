@@ -35,7 +35,7 @@ def reproduction_report(reproduction: Reproduction, claims: Sequence[Claim]) -> 
             "",
             f"Of {len(claims)} claims: {counts}.",
             "",
-            *_table(
+            *markdown_table(
                 ("about", "the paper says", "measured", "verdict", "why"),
                 ((c.subject, c.says, c.measured, c.verdict, c.why if c.verdict != "agrees" else "") for c in claims),
             ),
@@ -55,13 +55,13 @@ def reproduction_report(reproduction: Reproduction, claims: Sequence[Claim]) -> 
             f"with {reproduction.limit.evaluations:,} evaluations of the law; the paper gives 6.5·10⁵ for the peak of "
             "θ̇_H·θ̈_H.",
             "",
-            *convergence_table(reproduction.refined, reproduction.limit),
+            *convergencemarkdown_table(reproduction.refined, reproduction.limit),
             "",
         ]
     )
 
 
-def convergence_table(refined: Iterable[Run], limit: ContinuousLimit) -> list[str]:
+def convergencemarkdown_table(refined: Iterable[Run], limit: ContinuousLimit) -> list[str]:
     """Return a Markdown table of the peaks of ever finer sampled runs beside their limit."""
     rows = []
     for run in refined:
@@ -88,7 +88,7 @@ def convergence_table(refined: Iterable[Run], limit: ContinuousLimit) -> list[st
             f"{limit.maciejewski_product_max_time:.4f}",
         )
     )
-    return _table(("dt (s)", "peak torque (N m)", "at (s)", "peak of θ̇_H·θ̈_H (rad²/s³)", "at (s)"), rows)
+    return markdown_table(("dt (s)", "peak torque (N m)", "at (s)", "peak of θ̇_H·θ̈_H (rad²/s³)", "at (s)"), rows)
 
 
 def _verdicts(claims: Sequence[Claim]) -> list[str]:
@@ -100,6 +100,7 @@ def _scientific(value: float) -> str:
     return f"{mantissa}·10^{int(exponent)}"
 
 
-def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+    """Return the lines of a Markdown table."""
     lines = [header, ["---"] * len(header), *rows]
     return ["| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -40,8 +40,8 @@ def progress_bar() -> Iterator[Callable[[str, float], None]]:
 
 
 def show_laws(summary: dict[str, dict[str, Any]]) -> None:
-    """Print one row a law: peak torque, aspect, tracking error."""
-    table = Table("law", "peak torque", "aspect", "tracking error", box=None, pad_edge=False)
+    """Print one row a law: how it ended, peak torque, aspect, tracking error."""
+    table = Table("law", "peak torque", "aspect", "tracking error", "ended", box=None, pad_edge=False)
     table.columns[0].no_wrap = table.columns[1].no_wrap = True
     for law, values in summary.items():
         table.add_row(
@@ -49,8 +49,12 @@ def show_laws(summary: dict[str, dict[str, Any]]) -> None:
             f"{quantity(max(values['peak_torque']))} N m",
             "kept" if values["aspect_preserved"] else f"left, {len(values['minor_zero_crossings'])} sign changes",
             f"{1e3 * values['max_tracking_error']:.2g} mm",
+            values["status"],
         )
     Console().print(table)
+    for law, values in summary.items():
+        if values["status"] != "finished":
+            Console().print(escape(f"{law}: {values['message']}"))
 
 
 def show_claims(claims: Sequence[Claim]) -> None:
@@ -59,4 +63,12 @@ def show_claims(claims: Sequence[Claim]) -> None:
     for claim in claims:
         colour = "green" if claim.verdict == AGREES else "yellow"
         table.add_row(f"[{colour}]{claim.verdict}[/]", f"{claim.subject}: {claim.says}", escape(claim.measured))
+    Console().print(table)
+
+
+def show_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """Print rows of text under a header."""
+    table = Table(*header, box=None, pad_edge=False)
+    for row in rows:
+        table.add_row(*map(escape, row))
     Console().print(table)

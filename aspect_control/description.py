@@ -1,0 +1,87 @@
+"""What an arm is made from: enough to make it again, in a recording or in another process."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from .checks import finite_vector
+from .exceptions import ModelError
+from .tasks import Task
+from .urdf import parse_urdf
+
+
+@dataclass(frozen=True)
+class ArmDescription:
+    """The robot, the frame, the task and what was set besides.
+
+    Attributes:
+        frame: Name of the task frame.
+        task: The task coordinates.
+        gravity: Gravitational acceleration in the world frame, m/s².
+        locked: Positions of locked joints, rad or m, by name.
+        urdf: Text of the URDF; None for an arm made of a `pin.Model`.
+        package_dirs: Folders in which the URDF's `package://` meshes are found.
+        archive: Pinocchio's text archive of the model; None for an arm made of a URDF.
+    """
+
+    frame: str
+    task: tuple[str, ...]
+    gravity: tuple[float, float, float]
+    locked: dict[str, float]
+    urdf: str | None = None
+    package_dirs: tuple[str, ...] = ()
+    archive: str | None = None
+
+    @classmethod
+    def of(
+        cls,
+        model: Any,
+        *,
+        frame: str,
+        task: str | Sequence[str],
+        gravity: ArrayLike | None,
+        locked: Mapping[str, float] | None,
+        urdf: str | None = None,
+        package_dirs: Sequence[str | os.PathLike[str]] | None = None,
+        archive: str | None = None,
+    ) -> ArmDescription:
+        """Describe an arm of a model, as `Arm.from_urdf` takes it; gravity None is the model's own.
+
+        Raises:
+            TaskError: If `task` is unknown.
+            ShapeError: If `gravity` has not three entries.
+            NonFiniteError: If `gravity` is not finite.
+        """
+        vector = model.gravity.linear if gravity is None else finite_vector("gravity", gravity, 3)
+        return cls(
+            frame=frame,
+            task=Task.parse(task).axes,
+            gravity=(float(vector[0]), float(vector[1]), float(vector[2])),
+            locked=dict(locked or {}),
+            urdf=urdf,
+            package_dirs=tuple(os.fspath(folder) for folder in package_dirs or ()),
+            archive=archive,
+        )
+
+    def model(self) -> Any:
+        """Return the whole robot as a `pin.Model`.
+
+        Raises:
+            ModelError: If the URDF or the archive cannot be read.
+        """
+        if self.urdf is not None:
+            return parse_urdf(self.urdf, "the recorded URDF")
+        if self.archive is None:
+            raise ModelError("the description has neither a URDF nor a model archive")
+        model = pin.Model()
+        try:
+            model.loadFromString(self.archive)
+        except Exception as error:
+            raise ModelError(f"the recorded model archive cannot be read: {error}") from error
+        return model

@@ -1,0 +1,151 @@
+"""What a scenario file holds, as a whole, and how it is run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from .. import controllers
+from ..arm import Arm
+from ..controllers import Controller
+from ..redundancy import Array
+from ..simulation import Run, simulate
+from .sections import (
+    CircleSection,
+    ControllerSection,
+    HoldSection,
+    LimitsSection,
+    LineSection,
+    RobotSection,
+    Section,
+    SimulationSection,
+    StartSection,
+    WaypointsSection,
+    torque_numbers,
+)
+
+TrajectorySection = Annotated[LineSection | CircleSection | HoldSection | WaypointsSection, Field(discriminator="kind")]
+
+
+class Scenario(Section):
+    """A whole scenario file.
+
+    Attributes:
+        description: What it shows, in a sentence.
+        robot: Which arm and what its task is.
+        start: Where it starts.
+        trajectory: What the task is to do.
+        controllers: The laws to run.
+        simulation: Sampling and plant.
+        limits: What ends a run early.
+        folder: Where the file is, for paths relative to it.
+    """
+
+    description: str = ""
+    robot: RobotSection
+    start: StartSection
+    trajectory: TrajectorySection
+    controllers: Annotated[list[ControllerSection], Field(min_length=1)]
+    simulation: SimulationSection = SimulationSection()
+    limits: LimitsSection = LimitsSection()
+    folder: Path = Path()
+
+    @model_validator(mode="after")
+    def _distinct_labels(self) -> Scenario:
+        labels = [section.run_label for section in self.controllers]
+        twice = sorted({label for label in labels if labels.count(label) > 1})
+        if twice:
+            raise ValueError(f"controllers: {', '.join(twice)} more than once; give each a 'label' of its own")
+        return self
+
+    def arm(self) -> Arm:
+        """Return the arm.
+
+        Raises:
+            AspectControlError: As `Arm.from_urdf` does.
+        """
+        robot = self.robot
+        if robot.example is not None:
+            return Arm.from_example(
+                robot.example, frame=robot.frame, task=robot.task, gravity=robot.gravity, locked=robot.locked
+            )
+        return Arm.from_urdf(
+            self.folder / str(robot.urdf),
+            frame=robot.frame,
+            task=robot.task,
+            gravity=robot.gravity,
+            locked=robot.locked,
+            package_dirs=[self.folder / each for each in robot.package_dirs],
+        )
+
+    def start_configuration(self, arm: Arm) -> Array:
+        """Return the configuration at t = 0, shape (nq,), rad.
+
+        Raises:
+            ShapeError: If there is not one position a joint.
+            ParameterError: If a joint is outside its limits.
+        """
+        degrees, positions = self.start.degrees, self.start.positions
+        q = arm.configuration(np.deg2rad(degrees) if degrees is not None else np.array(positions))
+        arm.require_within_limits(q)
+        return q
+
+    def laws(self, arm: Arm) -> dict[str, Controller]:
+        """Return the laws by their labels.
+
+        Raises:
+            AspectControlError: As `controllers.create` does.
+        """
+        return {each.run_label: controllers.create(each.name, arm, **each.parameters) for each in self.controllers}
+
+    def run(self, progress: Callable[[str, float], None] | None = None) -> dict[str, Run]:
+        """Run every law and return the runs by their labels.
+
+        Args:
+            progress: Called with the label of the law and the part of all work that is done, 0 to 1.
+
+        Raises:
+            AspectControlError: If the scenario does not fit the robot.
+        """
+        runs: dict[str, Run] = {}
+        self.run_each(runs.__setitem__, progress)
+        return runs
+
+    def run_each(self, keep: Callable[[str, Run], None], progress: Callable[[str, float], None] | None = None) -> None:
+        """Run every law and hand each run over as soon as it is there.
+
+        Args:
+            keep: Called with label and run.
+            progress: As for `run`.
+
+        Raises:
+            AspectControlError: If the scenario does not fit the robot; before the first run.
+        """
+        arm = self.arm()
+        q0, laws, trajectory = self.start_configuration(arm), self.laws(arm), self.trajectory.build()
+        saturation = None if self.simulation.saturation is None else torque_numbers(self.simulation.saturation, arm)
+        for i, (label, law) in enumerate(laws.items()):
+            keep(
+                label,
+                simulate(
+                    law,
+                    trajectory,
+                    q0=q0,
+                    v0=self.start.velocities,
+                    dt=self.simulation.dt,
+                    integrator=self.simulation.integrator,
+                    saturation=saturation,
+                    events=self.limits.events(arm),
+                    progress=_share(progress, label, i, len(laws)),
+                ),
+            )
+
+
+def _share(
+    progress: Callable[[str, float], None] | None, label: str, index: int, count: int
+) -> Callable[[float], None] | None:
+    return None if progress is None else lambda part: progress(label, (index + part) / count)

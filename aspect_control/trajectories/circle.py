@@ -1,0 +1,90 @@
+"""The circle in a plane of two position coordinates."""
+
+from __future__ import annotations
+
+import math
+from itertools import permutations
+
+import numpy as np
+
+from ..checks import positive
+from ..exceptions import ParameterError, UnknownNameError
+from ..redundancy import Array
+from ..tasks import POSITION_AXES, Task
+from .numbers import finite_number
+from .path import PathTrajectory
+from .profiles import find_profile
+
+PLANES = tuple("".join(axes) for axes in permutations(POSITION_AXES, 2))
+"""The planes that a circle may lie in; the order of the two coordinates says where on the circle the start is."""
+
+
+class Circle(PathTrajectory):
+    """A circle through the start, from rest to rest; the other coordinates and the orientation stand still.
+
+    The start is the point of the circle with the smallest value of the plane's first coordinate: the centre is one
+    radius further along it. The motion sets off along the second coordinate, for negative turns against it.
+    """
+
+    def __init__(
+        self, radius: float, duration: float, plane: str = "xy", turns: float = 1.0, profile: str = "quintic"
+    ) -> None:
+        """Set the circle.
+
+        Args:
+            radius: Its radius, m.
+            duration: Time that the motion takes, s.
+            plane: Two different letters of x, y and z.
+            turns: How often it goes round; not 0, need not be whole.
+            profile: How the angle grows with time; a name of `PROFILES`.
+
+        Raises:
+            ParameterError: If `radius` or `duration` is not above zero, or `turns` is zero or not finite.
+            UnknownNameError: If there is no such plane or profile.
+        """
+        self.radius = positive("radius", radius, "m")
+        self.duration = positive("duration", duration, "s")
+        if plane not in PLANES:
+            raise UnknownNameError(plane, PLANES, kind="plane")
+        self.plane = plane
+        self.turns = finite_number("turns", turns)
+        if self.turns == 0.0:
+            raise ParameterError("turns must not be 0: a trajectory that stands still is a Hold")
+        self._profile = find_profile(profile)
+        self.profile = profile
+
+    @property
+    def task_dim(self) -> None:
+        """None: a circle suits any task that has its plane's coordinates."""
+        return None
+
+    def path(self, s: float, task: Task) -> tuple[Array, Array, Array]:
+        """Return the circle; see `PathTrajectory.path`."""
+        missing = [axis for axis in self.plane if axis not in task.axes]
+        if missing:
+            raise ParameterError(
+                f"a circle in the plane {self.plane!r} needs the task coordinates {_listed(self.plane)}, "
+                f"the task {task.axes} has no {_listed(missing)}"
+            )
+        full = 2.0 * math.pi * self.turns
+        sine, cosine = math.sin(full * s), math.cos(full * s)
+        path = np.zeros((3, task.dim))
+        path[:, [task.axes.index(axis) for axis in self.plane]] = self.radius * np.array(
+            [
+                [1.0 - cosine, sine],
+                [full * sine, full * cosine],
+                [full**2 * cosine, -(full**2) * sine],
+            ]
+        )
+        return path[0], path[1], path[2]
+
+    def __repr__(self) -> str:
+        """Show the circle as it was constructed."""
+        return (
+            f"Circle({self.radius}, duration={self.duration}, plane={self.plane!r}, turns={self.turns}, "
+            f"profile={self.profile!r})"
+        )
+
+
+def _listed(axes: str | list[str]) -> str:
+    return " and ".join(map(repr, axes))

@@ -1,0 +1,47 @@
+"""What the task is to do at one instant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import pinocchio as pin
+
+from ..checks import finite_vector
+from ..exceptions import ShapeError
+from ..redundancy import Array
+from ..tasks import TaskValue, task_of_value
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Target:
+    """What the task is to do at one instant.
+
+    Attributes:
+        x: Desired task value x_d: an array of shape (m,), m, or a `pin.SE3` for a task with rotations.
+        dx: Desired velocity ẋ_d, shape (m,), m/s and rad/s; the rows of a frame's linear and angular velocity in the
+            world frame.
+        ddx: Desired acceleration ẍ_d, shape (m,), m/s² and rad/s²; the derivative of `dx`.
+
+    Raises:
+        ShapeError: If `dx` and `ddx`, and `x` where it is no pose, are not vectors of one length.
+        NonFiniteError: If one holds NaN or infinity.
+    """
+
+    x: TaskValue
+    dx: Array
+    ddx: Array
+
+    def __post_init__(self) -> None:
+        """Check the three and turn them into copies: arrays, or a pose."""
+        pose = isinstance(self.x, pin.SE3)
+        x = task_of_value(self.x).checked("target.x", self.x) if pose else finite_vector("target.x", self.x)
+        object.__setattr__(self, "x", x)
+        for name in ("dx", "ddx"):
+            object.__setattr__(self, name, finite_vector(f"target.{name}", getattr(self, name)))
+        vectors = ("dx", "ddx") if pose else ("x", "dx", "ddx")
+        shapes = {f"target.{name}": getattr(self, name).shape for name in vectors}
+        if len(set(shapes.values())) > 1:
+            *first, last = shapes
+            raise ShapeError(
+                f"{', '.join(first)} and {last} must have one shape, got {', '.join(map(str, shapes.values()))}"
+            )

@@ -1,0 +1,157 @@
+"""The survey as Markdown and as a figure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..analysis.chain_check import ChainCheck
+from ..analysis.survey import SurveyRow
+from .report import markdown_table
+from .style import COLOURS, law_name, style
+
+
+def survey_report(rows: Sequence[SurveyRow], checks: Sequence[ChainCheck] = ()) -> str:
+    """Return the survey as Markdown.
+
+    Args:
+        rows: One row a law and scenario.
+        checks: What came of checking every chain of every example robot; empty if that was not asked for.
+    """
+    lines = [
+        "# The paper's laws on many arms",
+        "",
+        "Gravity on, laws and sampling time as in the scenarios. The ratio is the peak torque over that of the "
+        "pseudoinverse law; r is the number of joints to spare. Minors that are structurally zero are left out.",
+        "",
+        *markdown_table(
+            ("scenario", "r", "law", "status", "peak torque (N m)", "ratio", "aspect", "tracking error (mm)"),
+            [_cells(row) for row in rows],
+        ),
+        "",
+        "![peak torque of each law on each arm](survey.png)",
+        "",
+        "## How the runs that did not finish ended",
+        "",
+        *[f"- {row.scenario}, {row.controller}: {row.message}" for row in rows if row.status != "finished"],
+        "",
+        "## What this says about the paper's hypothesis",
+        "",
+        *_verdict(rows),
+        "",
+    ]
+    return "\n".join(lines + (_checks(checks) if checks else []))
+
+
+def survey_figure(rows: Sequence[SurveyRow]) -> Any:
+    """Draw the ratio of each law's peak torque to the pseudoinverse law's, for each scenario.
+
+    Returns:
+        A `matplotlib.figure.Figure`; runs that did not finish are drawn hollow.
+    """
+    from matplotlib.figure import Figure
+
+    scenarios = list(dict.fromkeys(row.scenario for row in rows))
+    laws = list(dict.fromkeys(row.controller for row in rows))
+    markers = "os^Dv*P"
+    with style():
+        figure: Any = Figure(figsize=(10.0, 1.6 + 0.42 * len(scenarios)), layout="constrained")
+        axes = figure.subplots()
+        for index, law in enumerate(laws):
+            picked = [row for row in rows if row.controller == law and row.peak_ratio is not None]
+            heights = np.array([scenarios.index(row.scenario) for row in picked]) + 0.16 * (index - (len(laws) - 1) / 2)
+            for finished in (True, False):
+                points = [
+                    (row.peak_ratio, height)
+                    for row, height in zip(picked, heights, strict=True)
+                    if (row.status == "finished") == finished
+                ]
+                axes.plot(
+                    [ratio for ratio, _ in points],
+                    [height for _, height in points],
+                    linestyle="none",
+                    marker=markers[index % 7],
+                    color=COLOURS[index % 7],
+                    fillstyle="full" if finished else "none",
+                    label=law_name(law) if finished else "_",
+                )
+        axes.plot([], [], "ko", fillstyle="none", label="ended early")
+        axes.set_xscale("log")
+        axes.set_yticks(range(len(scenarios)), scenarios)
+        axes.set_ylim(len(scenarios) - 0.5, -0.5)
+        axes.set(xlabel="peak torque over that of the pseudoinverse law")
+        axes.axvline(1.0, color="black", linewidth=0.8)
+        figure.legend(loc="outside upper center", ncols=3)
+        return figure
+
+
+def _cells(row: SurveyRow) -> tuple[str, ...]:
+    aspect = "kept" if row.aspect_preserved else f"left, {row.sign_changes} changes of {row.minors} minors"
+    ended = "" if row.status == "finished" else f" at {row.end:.3f} s"
+    return (
+        row.scenario,
+        str(row.redundancy),
+        row.controller,
+        row.status + ended,
+        f"{row.peak_torque:,.1f}",
+        "" if row.peak_ratio is None else f"{row.peak_ratio:,.2f}",
+        aspect,
+        f"{1e3 * row.tracking_error:.2g}",
+    )
+
+
+def _verdict(rows: Sequence[SurveyRow]) -> list[str]:
+    """Count aspect kept or left against torque calm or not; calm is within twice the pseudoinverse law's peak."""
+    counts = {(kept, calm): 0 for kept in (True, False) for calm in (True, False)}
+    single = dict(counts)
+    for row in rows:
+        key = row.aspect_preserved, row.status == "finished" and (row.peak_ratio or np.inf) <= 2.0
+        counts[key] += 1
+        single[key] += row.redundancy == 1
+    table = markdown_table(
+        ("", "calm", "not calm"),
+        [
+            (word, *(f"{counts[kept, calm]} ({single[kept, calm]})" for calm in (True, False)))
+            for kept, word in ((True, "aspect kept"), (False, "aspect left"))
+        ],
+    )
+    calm_outside = counts[False, True]
+    broken_inside = counts[True, False]
+    return [
+        "Runs by aspect and torque; calm means finished with at most twice the pseudoinverse law's peak; in brackets "
+        "the runs with one joint to spare:",
+        "",
+        *table,
+        "",
+        f"{calm_outside} calm runs left their aspect and {broken_inside} runs that kept it were not calm. "
+        + (
+            "Keeping the aspect is therefore not necessary for a stable torque on these arms: minors change sign "
+            "harmlessly. "
+            if calm_outside
+            else "No run contradicts the hypothesis that keeping the aspect is necessary for a stable torque. "
+        )
+        + (
+            "No torque exploded inside an aspect."
+            if not broken_inside
+            else "Nor is it sufficient: torque exploded inside an aspect."
+        ),
+    ]
+
+
+def _checks(checks: Sequence[ChainCheck]) -> list[str]:
+    passed = [check for check in checks if check.deviation is not None]
+    problems = [(check.robot, check.frame, check.problem) for check in checks if check.deviation is None]
+    worst = max(passed, key=lambda check: check.deviation or 0.0)
+    return [
+        "## Every chain of every example robot",
+        "",
+        f"{len(passed)} chains of {len({check.robot for check in passed})} robots were reduced to arms and compared "
+        f"with the full, unreduced model in M, N, J, J̇θ̇ and x at random states: the largest relative deviation is "
+        f"{worst.deviation:.1e} ({worst.robot}, {worst.frame}), the median "
+        f"{np.median([check.deviation for check in passed if check.deviation is not None]):.1e}. Not loaded:",
+        "",
+        *markdown_table(("robot", "frame", "reason"), problems),
+        "",
+    ]

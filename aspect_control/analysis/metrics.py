@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import controllers
 from ..redundancy import Array
 from ..simulation import Run
 
@@ -105,7 +104,7 @@ def summarize(run: Run) -> dict[str, Any]:
         "torque_total_variation": total_variation(run.tau).tolist(),
         "torque_squared_integral": float((run.tau[:-1] ** 2).sum() * run.info.dt),
     }
-    if controllers.find(run.info.controller).switches:
+    if run.info.switches:
         summary["null_space_term_on"] = [
             [_seconds(start), _seconds(end)] for start, end in intervals(run.t, run.null_space_term_on)
         ]

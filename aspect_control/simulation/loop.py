@@ -104,6 +104,7 @@ def simulate(
     info = RunInfo(
         controller=controller.name,
         parameters=controller.parameters,
+        switches=controller.switches,
         trajectory=repr(trajectory),
         dt=dt,
         integrator=method.name,

@@ -35,6 +35,7 @@ class RunInfo:
     Attributes:
         controller: Registry name of the law.
         parameters: Its parameters, as plain numbers, strings and lists.
+        switches: Whether the law turns its null-space term on and off.
         trajectory: The trajectory as it was constructed.
         dt: Sampling time, s.
         integrator: Name of the integrator.
@@ -45,6 +46,7 @@ class RunInfo:
 
     controller: str
     parameters: dict[str, Any]
+    switches: bool
     trajectory: str
     dt: float
     integrator: str

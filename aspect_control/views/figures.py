@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
 from ..files import atomic_path
 from ..simulation import Run
-from .panels import draw_arm_motion, draw_maciejewski_product, draw_minors, draw_torques, minor_unit
+from .panels import (
+    LEGEND_COLUMNS,
+    draw_arm_motion,
+    draw_maciejewski_product,
+    draw_minors,
+    draw_torques,
+    drawing_plane,
+    minor_unit,
+)
 from .style import COLOURS, DASHES, law_name, style
 
 
@@ -30,16 +39,20 @@ def run_figure(run: Run, title: str = "") -> Any:
     with style():
         figure = Figure(figsize=(10.0, 8.0), layout="constrained")
         axes = figure.subplots(2, 2)
-        time_colour = draw_arm_motion(axes[0, 0], run)
+        end = _end([run])
+        time_colour = draw_arm_motion(axes[0, 0], run, drawing_plane([run]), end)
         figure.colorbar(time_colour, ax=axes[0, 0], label="time (s)", location="bottom", shrink=0.6, aspect=30)
         draw_torques(axes[0, 1], run)
         draw_minors(axes[1, 0], run)
         draw_maciejewski_product(axes[1, 1], run)
+        legends = [panel.get_legend() for panel in axes.flat if panel.get_legend() is not None]
+        rows = max(math.ceil(len(legend.get_texts()) / LEGEND_COLUMNS) for legend in legends)
+        title_pad = 6.0 + 18.0 * rows
         names = ("(a) arm motion", "(b) joint torques", "(c) minors", r"(d) $\dot{\theta}_H \cdot \ddot{\theta}_H$")
         for panel, name in zip(axes.flat, names, strict=True):
-            panel.set_title(name, pad=24.0)
+            panel.set_title(name, pad=title_pad)
         for panel in axes.flat[1:]:
-            panel.set_xlim(run.t[0], max(run.t[-1], run.t[0] + run.info.dt))
+            panel.set_xlim(0.0, end)
         figure.suptitle(title or law_name(run.info.controller))
         return figure
 
@@ -61,8 +74,9 @@ def comparison_figure(runs: Mapping[str, Run], title: str = "") -> Any:
         figure: Any = Figure(figsize=(12.0, 7.2), layout="constrained")
         top, bottom = figure.subfigures(2, 1, height_ratios=(1.0, 1.4))
         motions = top.subplots(1, len(runs), sharex=True, sharey=True, squeeze=False)[0]
+        plane = drawing_plane(runs.values())
         for axes, (label, run) in zip(motions, runs.items(), strict=True):
-            time_colour = draw_arm_motion(axes, run)
+            time_colour = draw_arm_motion(axes, run, plane, _end(runs.values()))
             axes.set_title(law_name(label))
             axes.label_outer()
             if axes.get_legend() is not None:
@@ -83,8 +97,13 @@ def comparison_figure(runs: Mapping[str, Run], title: str = "") -> Any:
         self_motion.set_ylim(bottom=1e-6)
         bottom.legend(*torque.get_legend_handles_labels(), loc="outside upper center", ncols=len(runs))
         if title:
-            figure.suptitle(title)
+            top.suptitle(title)
         return figure
+
+
+def _end(runs: Iterable[Run]) -> float:
+    """Return the time at which the longest of several runs ends, s; one sample at least."""
+    return max(max(float(run.t[-1]), run.info.dt) for run in runs)
 
 
 def save_figure(figure: Any, path: str | os.PathLike[str]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -17,29 +18,35 @@ STICK_INTERVAL = 0.1
 """Time between the stick figures of an arm motion, s."""
 
 
+LEGEND_COLUMNS = 4
+"""Entries that a row of a legend holds."""
+
 MOST_NAMED = 8
 """The most curves of one panel that are named in its legend."""
 
 
-def drawing_plane(run: Run) -> tuple[int, int]:
-    """Return the two world axes, 0 to 2, that a run is drawn in.
+def drawing_plane(runs: Iterable[Run]) -> tuple[int, int]:
+    """Return the two world axes, 0 to 2, in which runs of one arm are drawn side by side.
 
     They are the task's own if it has two positions, else those in which the moving arm is widest.
     """
-    positions = [AXES.index(axis) for axis in run.arm.task if axis in POSITION_AXES]
+    runs = list(runs)
+    positions = [AXES.index(axis) for axis in runs[0].arm.task if axis in POSITION_AXES]
     if len(positions) == 2:
         return positions[0], positions[1]
-    points = np.concatenate([run.arm.skeleton(run.q[i]) for i in _stick_samples(run)])
+    points = np.concatenate([run.arm.skeleton(run.q[i]) for run in runs for i in _stick_samples(run)])
     first, second = sorted(np.argsort(np.ptp(points, axis=0))[-2:])
     return int(first), int(second)
 
 
-def draw_arm_motion(axes: Any, run: Run) -> Any:
-    """Draw the arm as overlaid stick figures, projected on `drawing_plane`.
+def draw_arm_motion(axes: Any, run: Run, plane: tuple[int, int], end: float) -> Any:
+    """Draw the arm as overlaid stick figures.
 
     Args:
         axes: The `matplotlib.axes.Axes` to draw into.
         run: The run.
+        plane: The world axes to project on, as of `drawing_plane`.
+        end: Time at the end of the colour scale, s.
 
     Returns:
         The mapping from time to colour, for a colour bar.
@@ -48,15 +55,14 @@ def draw_arm_motion(axes: Any, run: Run) -> Any:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
 
-    plane = list(drawing_plane(run))
-    end = max(run.t[-1], run.t[0] + run.info.dt)
-    colour = ScalarMappable(Normalize(run.t[0], end), ListedColormap(colormaps["viridis"](np.linspace(0.0, 0.88, 256))))
+    columns = list(plane)
+    colour = ScalarMappable(Normalize(0.0, end), ListedColormap(colormaps["viridis"](np.linspace(0.0, 0.88, 256))))
     for i in _stick_samples(run):
-        points = run.arm.skeleton(run.q[i])[:, plane]
+        points = run.arm.skeleton(run.q[i])[:, columns]
         axes.plot(*points.T, color=colour.to_rgba(run.t[i]), linewidth=1.1, marker="o", markersize=2.2)
-    path = _desired_positions(run)
-    if np.isfinite(path[:, plane]).all():
-        axes.plot(*path[:, plane].T, color=COLOURS[1], linestyle="--", linewidth=1.4, label="desired path")
+    path = _desired_positions(run)[:, columns]
+    if np.isfinite(path).all():
+        axes.plot(*path.T, color=COLOURS[1], linestyle="--", linewidth=1.4, label="desired path")
         _legend_above(axes)
     axes.set(xlabel=f"{AXES[plane[0]]} (m)", ylabel=f"{AXES[plane[1]]} (m)", aspect="equal")
     return colour
@@ -91,11 +97,11 @@ def draw_minors(axes: Any, run: Run) -> None:
 
 
 def draw_maciejewski_product(axes: Any, run: Run) -> None:
-    """Draw θ̇_H·θ̈_H over time; shade where the null-space term acts, for a run in which it comes and goes."""
+    """Draw θ̇_H·θ̈_H over time; shade where the null-space term acts, for a law that switches it."""
     axes.plot(run.t, run.maciejewski_product, color=COLOURS[0])
     axes.axhline(0.0, color="black", linewidth=0.8)
     on = run.null_space_term_on
-    if on.any() and not on[1:].all():
+    if run.info.switches and on.any():
         axes.fill_between(
             run.t,
             0.0,
@@ -136,4 +142,4 @@ def _desired_positions(run: Run) -> Array:
 
 def _legend_above(axes: Any) -> None:
     """Put the legend into the row above the axes: the curves leave no corner free."""
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=4, columnspacing=1.2)
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=LEGEND_COLUMNS, columnspacing=1.2)

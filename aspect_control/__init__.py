@@ -8,7 +8,7 @@ from . import controllers, redundancy, simulation
 from .arm import Arm, ArmState
 from .exceptions import AspectControlError
 from .simulation import Run, simulate
-from .trajectories import StraightLine, Target, Trajectory
+from .trajectories import Circle, Hold, StraightLine, Target, Trajectory, Waypoints
 
 __version__ = "0.1.0"
 
@@ -16,10 +16,13 @@ __all__ = [
     "Arm",
     "ArmState",
     "AspectControlError",
+    "Circle",
+    "Hold",
     "Run",
     "StraightLine",
     "Target",
     "Trajectory",
+    "Waypoints",
     "controllers",
     "redundancy",
     "simulate",

@@ -40,6 +40,22 @@ def finite_vector(name: str, value: ArrayLike, size: int | None = None) -> Array
     return vector
 
 
+def finite_number(name: str, value: Any) -> float:
+    """Return `value` as a finite float of either sign.
+
+    Args:
+        name: What the value is called in the error.
+        value: A number.
+
+    Raises:
+        ParameterError: If it is not a finite number.
+    """
+    number = _number(name, value)
+    if not math.isfinite(number):
+        raise ParameterError(f"{name} must be a finite number, got {value!r}")
+    return number
+
+
 def positive(name: str, value: Any, unit: str = "") -> float:
     """Return `value` as a float above zero.
 

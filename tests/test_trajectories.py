@@ -182,9 +182,8 @@ def test_rounding_of_i_times_dt_never_changes_the_side_of_the_jump_or_of_the_end
     assert signs == [1, 1, -1, -1, 0]
 
 
-@given(motion=motions(), u=st.floats(0.0, 1.0))
-def test_every_velocity_is_the_derivative_of_the_value_and_every_acceleration_that_of_the_velocity(motion, u):
-    task, start, trajectory = motion
+def assert_consistent(trajectory, start, task, u):
+    """Hold the velocity and the acceleration against central differences."""
     t, h = u * trajectory.duration, 1e-4 * trajectory.duration
     assume(min(abs(t - seam) for seam in seams(trajectory)) > 2.1 * h)
     target = trajectory.target(t, start, task)
@@ -198,6 +197,23 @@ def test_every_velocity_is_the_derivative_of_the_value_and_every_acceleration_th
     np.testing.assert_allclose(target.dx * trajectory.duration, dx * trajectory.duration, rtol=1e-7, atol=1e-7)
     scale = trajectory.duration**2
     np.testing.assert_allclose(target.ddx * scale, ddx * scale, rtol=1e-6, atol=1e-6)
+
+
+@given(motion=motions(), u=st.floats(0.0, 1.0))
+def test_every_velocity_is_the_derivative_of_the_value_and_every_acceleration_that_of_the_velocity(motion, u):
+    task, start, trajectory = motion
+    assert_consistent(trajectory, start, task, u)
+
+
+@pytest.mark.parametrize("task", [POSE, ORIENTATION, Task.parse(("ry", "x", "rz")), Task.parse(("rx", "ry"))], ids=str)
+@given(u=st.floats(0.0, 1.0), phi=entries(3))
+def test_waypoints_whose_axis_of_rotation_turns_have_consistent_rates(task, u, phi):
+    points = np.array(
+        [[0.9, -0.7, 0.4, 1.3, 0.2, -0.8], [-0.5, 1.1, 1.6, -0.6, 2.1, 0.3], [0.2, 0.8, -1.0, 0.4, 1.0, 2.9]]
+    )
+    start = pin.SE3(pin.exp3(phi), np.array([0.1, 0.2, 0.3]))
+    curve = Waypoints(points[:, : task.dim], times=[0.8, 2.0, 2.5])
+    assert_consistent(curve, start, task, u)
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-300, 1e-12, 1e-8, 1e-4, 1.5e-4, 1e-3, 0.1, 1.0, np.pi, 2 * np.pi, 20.0])

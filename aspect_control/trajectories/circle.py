@@ -7,11 +7,10 @@ from itertools import permutations
 
 import numpy as np
 
-from ..checks import positive
+from ..checks import finite_number, positive
 from ..exceptions import ParameterError, UnknownNameError
 from ..redundancy import Array
 from ..tasks import POSITION_AXES, Task
-from .numbers import finite_number
 from .path import PathTrajectory
 from .profiles import find_profile
 

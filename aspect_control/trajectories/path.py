@@ -6,11 +6,10 @@ from abc import abstractmethod
 
 import pinocchio as pin
 
-from ..checks import finite_vector
+from ..checks import finite_number, finite_vector
 from ..exceptions import ShapeError
 from ..redundancy import Array
 from ..tasks import Task, TaskValue, task_of_value
-from .numbers import finite_number
 from .profiles import UNIFORM, Profile
 from .target import Target
 from .trajectory import Trajectory

@@ -132,7 +132,7 @@ class Arm:
                 "rx", "ry", "rz")`, in the world frame.
             gravity: Gravitational acceleration in the world frame, shape (3,), m/s²; None for (0, 0, −9.81).
             locked: Positions of joints to lock, rad or m, by name; they may belong to the chain.
-            package_dirs: Folders in which `package://` meshes are found; needed only by `visuals`.
+            package_dirs: Folders in which `package://` meshes are found; needed only by `visuals.visual_geometry`.
 
         Raises:
             ModelError: If the file is missing, is no URDF, or has no joint that moves the frame.

@@ -44,7 +44,31 @@ def reduce_model(model: Any, locked: Sequence[int], q: Array) -> Any:
     """
     if not locked:
         return model
-    # Pinocchio looks frames up by name on the way, which fails where a URDF uses a name twice.
+    unique, originals = _with_unique_frame_names(model)
+    reduced = pin.buildReducedModel(unique, list(locked), q)
+    for frame in reduced.frames:
+        frame.name = originals.get(frame.name, frame.name)
+    return reduced
+
+
+def reduce_geometry(model: Any, geometry: Any, locked: Sequence[int], q: Array) -> Any:
+    """Return the geometry of a robot, attached to the joints that `reduce_model` leaves.
+
+    Args:
+        model: The whole robot, a `pin.Model`.
+        geometry: Its `pin.GeometryModel`.
+        locked: As for `reduce_model`.
+        q: As for `reduce_model`.
+    """
+    unique, _ = _with_unique_frame_names(model)
+    return pin.buildReducedModel(unique, [geometry], list(locked), q)[1][0]
+
+
+def _with_unique_frame_names(model: Any) -> tuple[Any, dict[str, str]]:
+    """Return a copy in which no two frames have one name, and what the renamed ones were called.
+
+    Pinocchio looks frames up by name while it reduces a model, which fails where a URDF uses a name twice.
+    """
     unique = model.copy()
     names = [frame.name for frame in unique.frames]
     originals = {}
@@ -53,10 +77,7 @@ def reduce_model(model: Any, locked: Sequence[int], q: Array) -> Any:
             name = f"{frame.name} ({index})"
             originals[name] = frame.name
             frame.name = name
-    reduced = pin.buildReducedModel(unique, list(locked), q)
-    for frame in reduced.frames:
-        frame.name = originals.get(frame.name, frame.name)
-    return reduced
+    return unique, originals
 
 
 def chain_joints(model: Any, frame: str) -> list[int]:

@@ -7,6 +7,8 @@ import pytest
 
 from aspect_control.analysis import summarize
 from aspect_control.analysis import trajectory_a as paper
+from aspect_control.resources import scenario_paths
+from aspect_control.scenario import load_scenario
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
@@ -35,11 +37,47 @@ def test_the_python_examples_run(tmp_path, monkeypatch, capsys):
     assert law.torque(names["q"], names["v"], names["target"]).shape == (3,)
 
 
+def test_the_python_examples_of_the_page_on_robots_run_and_print_what_it_says(capsys):
+    text = (ROOT / "docs" / "robots.md").read_text()
+    names: dict[str, object] = {}
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(block, names)  # noqa: S102
+    assert capsys.readouterr().out == re.search(r"```text\n(.*?)```", text, re.DOTALL)[1]
+
+
+def test_the_scenario_on_the_page_of_scenarios_runs(tmp_path):
+    text = (ROOT / "docs" / "scenarios.md").read_text()
+    (tmp_path / "shown.toml").write_text(re.search(r"```toml\n(.*?)```", text, re.DOTALL)[1])
+    runs = load_scenario(tmp_path / "shown.toml", ["simulation.dt=5e-3"]).run()
+    assert {label: run.status for label, run in runs.items()} == {"jmdc-soft": "finished"}
+
+
+def test_the_survey_page_has_a_row_a_law_of_every_shipped_scenario():
+    text = (ROOT / "docs" / "survey.md").read_text()
+    for name, path in scenario_paths().items():
+        for law in load_scenario(path).controllers:
+            assert re.search(rf"^\| {name} \| \d+ \| {law.run_label} \|", text, re.MULTILINE)
+
+
+def test_figures_of_the_survey_in_the_readme_are_those_of_its_page():
+    text = (ROOT / "docs" / "survey.md").read_text()
+    ratios: dict[str, list[float]] = {}
+    for law, ratio in re.findall(
+        r"^\| [\w-]+ \| \d+ \| ([\w-]+) \| [^|]+ \| [\d.,]+ \| ([\d.,]+) \|", text, re.MULTILINE
+    ):
+        ratios.setdefault(law, []).append(float(ratio.replace(",", "")))
+    words = " ".join(README.split())
+    assert f"up to {max(ratios['null-space-vector']):,.0f} times" in words
+    for law in ("modified-null-space-vector", "jmdc"):
+        assert f"between {min(ratios[law])} and {max(ratios[law])} times" in words
+    assert len(re.findall(r"\| null-space-vector \| diverged", text)) == 5
+    assert "ends early on five of nine arms" in words
+
+
 def test_links_lead_somewhere():
-    for document in (README, (ROOT / "docs" / "report.md").read_text()):
-        folder = ROOT if document is README else ROOT / "docs"
-        for target in re.findall(r"\]\(((?!http)[^)]+)\)", document):
-            assert (folder / target).exists(), target
+    for document in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")):
+        for target in re.findall(r"\]\(((?!http)[^)]+)\)", document.read_text()):
+            assert (document.parent / target).exists(), f"{document}: {target}"
 
 
 def test_the_claims_counted_in_the_readme_are_those_of_the_report():

@@ -13,7 +13,16 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from .chain import is_prismatic, joint_position, joints_to_lock, position_limits, reduce_model, require_frame, unit_hint
+from .chain import (
+    NO_LIMIT,
+    is_prismatic,
+    joint_position,
+    joints_to_lock,
+    position_limits,
+    reduce_model,
+    require_frame,
+    unit_hint,
+)
 from .checks import finite_vector
 from .description import ArmDescription
 from .exceptions import ModelError, ParameterError, TooManyMinorsError
@@ -25,7 +34,7 @@ from .urdf import mimic_joints, parse_urdf, read_urdf
 _WORLD_ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 
 BORDER_TOLERANCE = 1e-6
-"""Relative size up to which a minor counts as zero at the start of a motion."""
+"""Part of its own scale up to which a minor counts as zero at the start of a motion."""
 
 _SAMPLED_POSTURES = 32
 """Random postures in which a minor must vanish to count as structurally zero."""
@@ -282,7 +291,7 @@ class Arm:
         """Largest |θ̇| of each joint, shape (nv,), rad/s; infinite where the model has none."""
         return _limit(self.model.velocityLimit)
 
-    @cached_property
+    @property
     def minor_columns(self) -> NDArray[np.intp]:
         """Columns of the minors that are not structurally zero, shape (p, m).
 
@@ -292,6 +301,19 @@ class Arm:
         Raises:
             TooManyMinorsError: If the Jacobian has more minors than can be handled.
         """
+        return self._sampled_minors[0]
+
+    @property
+    def minor_scales(self) -> Array:
+        """Largest magnitude of each minor of `minor_columns` in a sample of random postures, shape (p,).
+
+        Raises:
+            TooManyMinorsError: If the Jacobian has more minors than can be handled.
+        """
+        return self._sampled_minors[1]
+
+    @cached_property
+    def _sampled_minors(self) -> tuple[NDArray[np.intp], Array]:
         if math.comb(self.nv, self.task_dim) > MAX_MINORS:
             raise TooManyMinorsError(
                 f"a task of {self.task_dim} coordinates on {self.nv} joints has "
@@ -299,8 +321,9 @@ class Arm:
                 f"determinant at every sample: lock joints or take a task of fewer coordinates"
             )
         postures = np.random.default_rng(0).uniform(-np.pi, np.pi, (_SAMPLED_POSTURES, self.nv))
-        jacobians = [self.jacobian(self.configuration(positions)) for positions in postures]
-        return structural_minor_columns(np.array(jacobians))
+        jacobians = np.array([self.jacobian(self.configuration(positions)) for positions in postures])
+        columns = structural_minor_columns(jacobians)
+        return columns, np.abs(minors(jacobians, columns)).max(axis=0)
 
     @cached_property
     def reach(self) -> float:
@@ -317,8 +340,8 @@ class Arm:
     def minors_on_border(self, q: ArrayLike) -> NDArray[np.intp]:
         """Return which minors of `minor_columns` are zero at q for practical purposes, as indices, shape (any,).
 
-        Zero is `BORDER_TOLERANCE` times the m-th power of the longest column of J, or less: at the start of a motion
-        such a minor has no sign to keep.
+        Zero is `BORDER_TOLERANCE` times the minor's own scale, or less: at the start of a motion such a minor has no
+        sign to keep.
 
         Args:
             q: Joint configuration, shape (nq,), rad.
@@ -328,9 +351,8 @@ class Arm:
             NonFiniteError: If q holds NaN or infinity.
             TooManyMinorsError: If the Jacobian has more minors than can be handled.
         """
-        J = self.jacobian(q)
-        longest = np.linalg.norm(J, axis=0).max()
-        return np.flatnonzero(np.abs(minors(J, self.minor_columns)) <= BORDER_TOLERANCE * longest**self.task_dim)
+        values = minors(self.jacobian(q), self.minor_columns)
+        return np.flatnonzero(np.abs(values) <= BORDER_TOLERANCE * self.minor_scales)
 
     def describe_minors(self, indices: Sequence[int] | NDArray[np.intp]) -> str:
         """Name minors of `minor_columns` by their number, counted from 1, and by their joints."""
@@ -356,7 +378,7 @@ class Arm:
             NonFiniteError: If q or v holds NaN or infinity.
             ParameterError: If the cosine and sine of a continuous joint have not length 1.
         """
-        q = self._checked_configuration(q)
+        q = self.checked_configuration(q)
         v = finite_vector("v", v, self.nv)
         model, data, frame = self.model, self._data, self._frame_id
         M = pin.crba(model, data, q, pin.Convention.WORLD).reshape(self.nv, self.nv)
@@ -377,7 +399,7 @@ class Arm:
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        q = self._checked_configuration(q)
+        q = self.checked_configuration(q)
         return self._task_rows(pin.computeFrameJacobian(self.model, self._data, q, self._frame_id, _WORLD_ALIGNED))
 
     def jacobian_derivative(self, q: ArrayLike) -> Array:
@@ -390,7 +412,7 @@ class Arm:
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        q = self._checked_configuration(q)
+        q = self.checked_configuration(q)
         pin.computeJointKinematicHessians(self.model, self._data, q)
         derivative: Array = frame_kinematic_hessian(self.model, self._data, self._frame_id)[self._rows]
         return derivative
@@ -405,7 +427,7 @@ class Arm:
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        pin.forwardKinematics(self.model, self._data, self._checked_configuration(q))
+        pin.forwardKinematics(self.model, self._data, self.checked_configuration(q))
         return self.coordinates.value(pin.updateFramePlacement(self.model, self._data, self._frame_id))
 
     def skeleton(self, q: ArrayLike) -> Array:
@@ -421,7 +443,7 @@ class Arm:
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        pin.forwardKinematics(self.model, self._data, self._checked_configuration(q))
+        pin.forwardKinematics(self.model, self._data, self.checked_configuration(q))
         tip = pin.updateFramePlacement(self.model, self._data, self._frame_id)
         joints = [self._data.oMi[i].translation for i in range(1, self.model.njoints)]
         return np.array([*joints, tip.translation])
@@ -453,7 +475,7 @@ class Arm:
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        q = self._checked_configuration(q)
+        q = self.checked_configuration(q)
         return np.array([joint_position(self.model, q, joint) for joint in range(1, self.model.njoints)])
 
     def require_within_limits(self, q: ArrayLike) -> None:
@@ -503,7 +525,14 @@ class Arm:
         """Return the task's rows of a frame Jacobian, which eigenpy hands over as a vector if there is one joint."""
         return frame_jacobian.reshape(6, self.nv)[self._rows]
 
-    def _checked_configuration(self, q: ArrayLike) -> Array:
+    def checked_configuration(self, q: ArrayLike) -> Array:
+        """Return a copy of q after checking it, shape (nq,), rad.
+
+        Raises:
+            ShapeError: If q has the wrong shape.
+            NonFiniteError: If q holds NaN or infinity.
+            ParameterError: If the cosine and sine of a continuous joint have not length 1.
+        """
         q = finite_vector("q", q, self.nq)
         if self.nq != self.nv and not pin.isNormalized(self.model, q, 1e-6):
             raise ParameterError(
@@ -523,5 +552,5 @@ class Arm:
 
 
 def _limit(values: Array) -> Array:
-    """Return limits with infinity where a URDF leaves them out, which Pinocchio reads as zero."""
-    return np.where(values > 0.0, values, np.inf)
+    """Return limits with infinity for none, which Pinocchio writes as zero or as the largest number."""
+    return np.where((values > 0.0) & (values < NO_LIMIT), values, np.inf)

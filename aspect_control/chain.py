@@ -9,8 +9,12 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from .checks import finite_number
 from .exceptions import FrameNotFoundError, JointNotFoundError, ModelError, ParameterError
 from .redundancy import Array
+
+NO_LIMIT = 1e300
+"""Magnitude from which a limit of a `pin.Model` means none."""
 
 
 def require_frame(model: Any, name: str) -> int:
@@ -65,11 +69,19 @@ def reduce_geometry(model: Any, geometry: Any, locked: Sequence[int], q: Array) 
 
 
 def _with_unique_frame_names(model: Any) -> tuple[Any, dict[str, str]]:
-    """Return a copy in which no two frames have one name, and what the renamed ones were called.
+    """Return a copy in which every joint has a frame and no two frames have one name, and the renamed ones' names.
 
-    Pinocchio looks frames up by name while it reduces a model, which fails where a URDF uses a name twice.
+    Pinocchio looks frames up by name while it reduces a model, which fails where a URDF uses a name twice or a model
+    was built without joint frames.
     """
     unique = model.copy()
+    for joint in range(1, unique.njoints):
+        if not unique.existFrame(unique.names[joint], pin.FrameType.JOINT):
+            parent = unique.parents[joint]
+            unique.addJointFrame(joint, unique.getFrameId(unique.names[parent], pin.FrameType.JOINT) if parent else 0)
+    for frame in unique.frames:
+        if frame.type != pin.FrameType.JOINT and unique.frames[frame.parentFrame].parentJoint != frame.parentJoint:
+            frame.parentFrame = unique.getFrameId(unique.names[frame.parentJoint], pin.FrameType.JOINT)
     names = [frame.name for frame in unique.frames]
     originals = {}
     for index, frame in enumerate(unique.frames):
@@ -120,7 +132,7 @@ def joints_to_lock(
             freedom.
     """
     chain = chain_joints(model, frame)
-    locked = dict(locked or {})
+    locked = locked if locked is not None else {}
     q = pin.neutral(model)
     for name, position in locked.items():
         _set_joint(model, q, name, position)
@@ -147,14 +159,17 @@ def position_limits(model: Any) -> tuple[Array, Array]:
         if joint.nq == joint.nv == 1:
             bounds = model.lowerPositionLimit[joint.idx_q], model.upperPositionLimit[joint.idx_q]
             if bounds[0] < bounds[1]:
-                lower[joint.idx_v], upper[joint.idx_v] = bounds
+                lower[joint.idx_v], upper[joint.idx_v] = (
+                    bound if abs(bound) < NO_LIMIT else np.copysign(np.inf, bound) for bound in bounds
+                )
     return lower, upper
 
 
 def unit_hint(position: float, lower: float, upper: float, *, prismatic: bool) -> str:
     """Return a hint at a mistaken unit: a position beyond ±2π that would fit as degrees, or metres as millimetres."""
     if prismatic:
-        return "; is it in millimetres? Positions are in metres" if lower <= position / 1000.0 <= upper else ""
+        fits = abs(position) > 10.0 and lower <= position / 1000.0 <= upper
+        return "; is it in millimetres? Positions are in metres" if fits else ""
     fits = abs(position) > 2.0 * math.pi and lower <= math.radians(position) <= upper
     return f"; is it in degrees? Angles are in radians: {math.radians(position):.6g}" if fits else ""
 
@@ -171,8 +186,7 @@ def _set_joint(model: Any, q: Array, name: str, position: float) -> None:
     joint = model.joints[index]
     if joint.nv != 1:
         raise ParameterError(f"joint {name!r} has {joint.nv} degrees of freedom and cannot be locked at one position")
-    if isinstance(position, bool) or not isinstance(position, (int, float)) or not math.isfinite(position):
-        raise ParameterError(f"locked[{name!r}] must be a finite position in rad or m, got {position!r}")
+    position = finite_number(f"locked[{name!r}]", position)
     lower, upper = (limit[joint.idx_v] for limit in position_limits(model))
     if not lower <= position <= upper:
         hint = unit_hint(position, lower, upper, prismatic=is_prismatic(model, index))

@@ -50,10 +50,9 @@ def finite_number(name: str, value: Any) -> float:
     Raises:
         ParameterError: If it is not a finite number.
     """
-    number = _number(name, value)
-    if not math.isfinite(number):
+    if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
         raise ParameterError(f"{name} must be a finite number, got {value!r}")
-    return number
+    return float(value)
 
 
 def positive(name: str, value: Any, unit: str = "") -> float:

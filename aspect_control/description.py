@@ -10,8 +10,8 @@ from typing import Any
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from .checks import finite_vector
-from .exceptions import ModelError
+from .checks import finite_number, finite_vector
+from .exceptions import ModelError, ParameterError
 from .tasks import Task
 from .urdf import parse_urdf
 
@@ -55,15 +55,19 @@ class ArmDescription:
 
         Raises:
             TaskError: If `task` is unknown.
+            ParameterError: If `locked` is no mapping of names to finite numbers.
             ShapeError: If `gravity` has not three entries.
             NonFiniteError: If `gravity` is not finite.
         """
+        locked = {} if locked is None else locked
+        if not isinstance(locked, Mapping):
+            raise ParameterError(f"locked must be a mapping of joint names to positions, got {locked!r}")
         vector = model.gravity.linear if gravity is None else finite_vector("gravity", gravity, 3)
         return cls(
             frame=frame,
             task=Task.parse(task).axes,
             gravity=(float(vector[0]), float(vector[1]), float(vector[2])),
-            locked=dict(locked or {}),
+            locked={name: finite_number(f"locked[{name!r}]", position) for name, position in locked.items()},
             urdf=urdf,
             package_dirs=tuple(os.fspath(folder) for folder in package_dirs or ()),
             archive=archive,

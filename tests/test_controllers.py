@@ -1,5 +1,6 @@
 """The torque laws against the paper's equations as printed, and what they say to bad input."""
 
+import contextlib
 import itertools
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from aspect_control import Arm, Target, controllers
 from aspect_control.exceptions import (
+    AspectBorderWarning,
     ControllerNotFoundError,
     NonFiniteError,
     NotRedundantError,
@@ -30,6 +32,7 @@ every_task_space_law = pytest.mark.parametrize("law", TASK_SPACE_LAWS)
 
 DT = 1e-3
 REST = Target(np.zeros(2), np.zeros(2), np.zeros(2))
+INSIDE = np.array([0.3, 0.4, 0.5])  # a posture of the planar arm off the borders of its aspects
 
 
 def random_samples(arm, count, seed):
@@ -356,8 +359,8 @@ def test_reset_with_a_bad_state_is_an_error(planar, law):
 @every_law
 def test_target_of_another_dimension_is_an_error(planar, law):
     controller = controllers.create(law, planar)
-    controller.reset(np.zeros(3), np.zeros(3), DT)
-    with pytest.raises(ShapeError, match=r"the target must have 2 coordinates \('x', 'y'\), got 3"):
+    controller.reset(INSIDE, np.zeros(3), DT)
+    with pytest.raises(ShapeError, match=r"the target for \('x', 'y'\) must have an array as x and 2 rates, got .* 3"):
         controller.torque(np.zeros(3), np.zeros(3), Target(*np.zeros((3, 3))))
 
 
@@ -365,7 +368,7 @@ def test_target_of_another_dimension_is_an_error(planar, law):
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_nonfinite_state_is_an_error(planar, law, bad):
     controller = controllers.create(law, planar)
-    controller.reset(np.zeros(3), np.zeros(3), DT)
+    controller.reset(INSIDE, np.zeros(3), DT)
     with pytest.raises(NonFiniteError, match="q must be finite"):
         controller.torque([0.0, bad, 0.0], np.zeros(3), REST)
     with pytest.raises(NonFiniteError, match="v must be finite"):
@@ -390,7 +393,10 @@ def test_bad_target_is_an_error(name):
 @pytest.mark.parametrize("q", list(itertools.product([0.0, np.pi], repeat=3)))
 def test_torque_is_finite_at_singular_configurations(planar, law, q):
     v, target = np.array([1.0, -2.0, 3.0]), Target([1.0, 1.0], [1.0, -1.0], [1.0, 1.0])
-    assert np.isfinite(torques(controllers.create(law, planar), [(q, v, target)] * 3)).all()
+    warned = pytest.warns(AspectBorderWarning, match="3 of 3 minors") if law == "jmdc" else contextlib.nullcontext()
+    with warned:
+        tau = torques(controllers.create(law, planar), [(q, v, target)] * 3)
+    assert np.isfinite(tau).all()
 
 
 @every_law
@@ -434,7 +440,7 @@ def test_torque_is_finite_or_an_error_at_any_speed(planar, law, speed):
 @every_law
 def test_overflow_is_an_error(planar, law):
     controller = controllers.create(law, planar)
-    controller.reset(np.zeros(3), np.zeros(3), DT)
+    controller.reset(INSIDE, np.zeros(3), DT)
     with pytest.raises(NonFiniteError, match=f"{law}: the torque overflows at a joint speed of 1e\\+200 rad/s"):
         controller.torque([0.3, 0.4, 0.5], [1e200, -1e200, 1e200], REST)
 

@@ -574,7 +574,7 @@ def test_no_time_between_two_points_in_one_place_is_refused(points):
 @pytest.mark.parametrize("trajectory", EVERY_KIND, ids=repr)
 @pytest.mark.parametrize("t", [np.nan, np.inf, "now", None])
 def test_a_time_that_is_no_finite_number_is_refused(trajectory, t):
-    with pytest.raises(ParameterError, match="t must be a (finite )?number"):
+    with pytest.raises(ParameterError, match="t must be a finite number"):
         trajectory.target(t, START)
 
 

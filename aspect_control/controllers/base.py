@@ -73,9 +73,9 @@ class Controller(ABC):
         Raises:
             ShapeError: If q or v has the wrong shape.
             NonFiniteError: If q or v is not finite.
-            ParameterError: If dt is not above zero.
+            ParameterError: If dt is not above zero, or the cosine and sine of a continuous joint have not length 1.
         """
-        q = finite_vector("q", q, self.arm.nq)
+        q = self.arm.checked_configuration(q)
         v = finite_vector("v", v, self.arm.nv)
         self.start(q, v, positive("dt", dt, "s"))
 

@@ -65,7 +65,7 @@ def simulate(
         UnknownNameError: If there is no such integrator.
     """
     arm = controller.arm
-    q = finite_vector("q0", q0, arm.nq)
+    q = arm.checked_configuration(finite_vector("q0", q0, arm.nq))
     v = finite_vector("v0", v0, arm.nv) if v0 is not None else np.zeros(arm.nv)
     samples = _samples(trajectory.duration, positive("dt", dt, "s"))
     limit = torque_limit("saturation", saturation, arm.nv) if saturation is not None else None

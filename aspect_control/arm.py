@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -23,6 +23,7 @@ from .chain import (
     require_frame,
     unit_hint,
 )
+from .chain_record import record_chain
 from .checks import finite_vector
 from .description import ArmDescription
 from .exceptions import ModelError, ParameterError, TooManyMinorsError
@@ -247,15 +248,15 @@ class Arm:
             locked: As for `from_urdf`.
 
         Raises:
-            ModelError: If `model` is no `pin.Model`.
+            ModelError: If `model` is no `pin.Model`, or has a joint that is neither revolute nor prismatic.
             AspectControlError: As for `from_urdf`.
         """
         if not isinstance(model, pin.Model):
             raise ModelError(f"from_pinocchio takes a pin.Model, got {type(model).__name__}")
-        description = ArmDescription.of(
-            model, frame=frame, task=task, gravity=gravity, locked=locked, archive=model.saveToString()
-        )
-        return cls(description, model.copy())
+        arm = cls(ArmDescription.of(model, frame=frame, task=task, gravity=gravity, locked=locked), model.copy())
+        chain = record_chain(arm.model, arm._frame_id)
+        # Made again from what is recorded, so that the arm of a loaded run is the same to the last bit.
+        return cls.from_description(replace(arm.description, locked={}, chain=chain))
 
     @classmethod
     def from_description(cls, description: ArmDescription) -> Arm:
@@ -543,6 +544,8 @@ class Arm:
 
     def _require_positive_inertia(self) -> None:
         M = pin.crba(self.model, self._data, pin.neutral(self.model), pin.Convention.WORLD)
+        if not np.isfinite(M).all():
+            raise ModelError(f"{self.name!r} has an inertia matrix that is not finite; check masses and inertias")
         eigenvalues = np.linalg.eigvalsh(M.reshape(self.nv, self.nv))
         if not eigenvalues[0] > np.finfo(np.float64).eps * max(eigenvalues[-1], 0.0):
             raise ModelError(

@@ -74,14 +74,7 @@ def _with_unique_frame_names(model: Any) -> tuple[Any, dict[str, str]]:
     Pinocchio looks frames up by name while it reduces a model, which fails where a URDF uses a name twice or a model
     was built without joint frames.
     """
-    unique = model.copy()
-    for joint in range(1, unique.njoints):
-        if not unique.existFrame(unique.names[joint], pin.FrameType.JOINT):
-            parent = unique.parents[joint]
-            unique.addJointFrame(joint, unique.getFrameId(unique.names[parent], pin.FrameType.JOINT) if parent else 0)
-    for frame in unique.frames:
-        if frame.type != pin.FrameType.JOINT and unique.frames[frame.parentFrame].parentJoint != frame.parentJoint:
-            frame.parentFrame = unique.getFrameId(unique.names[frame.parentJoint], pin.FrameType.JOINT)
+    unique = _with_joint_frames(model)
     names = [frame.name for frame in unique.frames]
     originals = {}
     for index, frame in enumerate(unique.frames):
@@ -90,6 +83,39 @@ def _with_unique_frame_names(model: Any) -> tuple[Any, dict[str, str]]:
             originals[name] = frame.name
             frame.name = name
     return unique, originals
+
+
+def _with_joint_frames(model: Any) -> Any:
+    """Return a copy in which every joint has a frame, placed before the frames that hang on it."""
+    if all(model.existFrame(name, pin.FrameType.JOINT) for name in list(model.names)[1:]):
+        return model.copy()
+    copy = pin.Model()
+    copy.name, copy.gravity = model.name, model.gravity
+    joint_frames = [0]
+    for index, joint in enumerate(model.joints):
+        if index == 0:
+            continue
+        q, v = slice(joint.idx_q, joint.idx_q + joint.nq), slice(joint.idx_v, joint.idx_v + joint.nv)
+        parent = model.parents[index]
+        copy.addJoint(
+            parent,
+            joint,
+            model.jointPlacements[index],
+            model.names[index],
+            model.effortLimit[v],
+            model.velocityLimit[v],
+            model.lowerPositionLimit[q],
+            model.upperPositionLimit[q],
+        )
+        copy.inertias[index] = model.inertias[index]
+        joint_frames.append(copy.addJointFrame(index, joint_frames[parent]))
+    copy.armature = model.armature
+    for frame in list(model.frames)[1:]:
+        if frame.type != pin.FrameType.JOINT:
+            moved = pin.Frame(frame)
+            moved.parentFrame = joint_frames[frame.parentJoint]
+            copy.addFrame(moved, False)
+    return copy
 
 
 def chain_joints(model: Any, frame: str) -> list[int]:

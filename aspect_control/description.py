@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from .chain_record import ChainRecord, build_chain
 from .checks import finite_number, finite_vector
 from .exceptions import ModelError, ParameterError
 from .tasks import Task
@@ -27,7 +27,7 @@ class ArmDescription:
         locked: Positions of locked joints, rad or m, by name.
         urdf: Text of the URDF; None for an arm made of a `pin.Model`.
         package_dirs: Folders in which the URDF's `package://` meshes are found.
-        archive: Pinocchio's text archive of the model; None for an arm made of a URDF.
+        chain: The reduced chain as numbers; None for an arm made of a URDF.
     """
 
     frame: str
@@ -36,7 +36,7 @@ class ArmDescription:
     locked: dict[str, float]
     urdf: str | None = None
     package_dirs: tuple[str, ...] = ()
-    archive: str | None = None
+    chain: ChainRecord | None = None
 
     @classmethod
     def of(
@@ -49,7 +49,6 @@ class ArmDescription:
         locked: Mapping[str, float] | None,
         urdf: str | None = None,
         package_dirs: Sequence[str | os.PathLike[str]] | None = None,
-        archive: str | None = None,
     ) -> ArmDescription:
         """Describe an arm of a model, as `Arm.from_urdf` takes it; gravity None is the model's own.
 
@@ -70,22 +69,18 @@ class ArmDescription:
             locked={name: finite_number(f"locked[{name!r}]", position) for name, position in locked.items()},
             urdf=urdf,
             package_dirs=tuple(os.fspath(folder) for folder in package_dirs or ()),
-            archive=archive,
         )
 
     def model(self) -> Any:
-        """Return the whole robot as a `pin.Model`.
+        """Return the robot as a `pin.Model`: the whole one of a URDF, the chain of a recorded model.
 
         Raises:
-            ModelError: If the URDF or the archive cannot be read.
+            AspectControlError: If the description is not that of an arm.
         """
+        Task.parse(self.task)
+        finite_vector("gravity", self.gravity, 3)
         if self.urdf is not None:
             return parse_urdf(self.urdf, "the recorded URDF")
-        if self.archive is None:
-            raise ModelError("the description has neither a URDF nor a model archive")
-        model = pin.Model()
-        try:
-            model.loadFromString(self.archive)
-        except Exception as error:
-            raise ModelError(f"the recorded model archive cannot be read: {error}") from error
-        return model
+        if self.chain is None:
+            raise ModelError("the description has neither a URDF nor a chain")
+        return build_chain(self.chain, self.frame)

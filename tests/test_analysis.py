@@ -7,8 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from aspect_control import controllers
-from aspect_control.analysis import continuous_limit, intervals, minor_zero_crossings, summarize, total_variation
+from aspect_control import Arm, StraightLine, controllers, simulate
+from aspect_control.analysis import (
+    aspect_preserved,
+    continuous_limit,
+    intervals,
+    minor_zero_crossings,
+    summarize,
+    total_variation,
+)
 from aspect_control.analysis import trajectory_a as paper
 from aspect_control.analysis.section4 import AGREES, DIFFERS, NOT_MEASURED, PARTLY, claims, torque_peaks
 
@@ -62,6 +69,69 @@ def test_summary_has_the_published_keys_and_agrees_with_the_run(reproduction):
         assert summary["max_tracking_error"] == np.linalg.norm(run.x - run.x_desired, axis=1).max()
         assert summary["torque_total_variation"] == np.abs(np.diff(run.tau, axis=0)).sum(axis=0).tolist()
         assert ("null_space_term_on" in summary) == (law == "modified-null-space-vector")
+
+
+# Starts on a border
+
+
+READY = np.array([0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4])
+ON_BORDER = [2, 5, 7, 8, 10, 13, 15, 16, 17, 19]
+
+
+def run_from_ready(displacement):
+    """The panda's usual start, in a plane of symmetry: ten of its minors are zero there."""
+    arm = Arm.from_example("panda", frame="panda_hand", task="xyz")
+    line = StraightLine(displacement, 1.5, profile="quintic")
+    return simulate(controllers.Pseudoinverse(arm), line, q0=READY, dt=4e-3)
+
+
+@pytest.fixture(scope="module")
+def sideways():
+    return run_from_ready([0.0, 0.4, 0.1])
+
+
+@pytest.fixture(scope="module")
+def backwards():
+    return run_from_ready([-0.5, 0.3, 0.1])
+
+
+def changes(run, minors):
+    """Which of the minors, counted from 1, change their sign after the start."""
+    return [minor for minor in minors if len(np.unique(np.sign(run.minors[1:, minor - 1]))) > 1]
+
+
+def test_minors_that_are_zero_at_the_start_are_listed(sideways):
+    summary = summarize(sideways)
+    assert summary["minors"] == sideways.minors.shape[1] == 19
+    assert summary["minors_on_border_at_start"] == ON_BORDER
+    small = np.abs(sideways.minors[0])
+    assert small[np.array(ON_BORDER) - 1].max() < 1e-12
+    assert np.delete(small, np.array(ON_BORDER) - 1).min() > 1e-3
+
+
+def test_minors_without_a_sign_at_the_start_cannot_leave_the_aspect(sideways):
+    others = [minor for minor in range(1, 20) if minor not in ON_BORDER]
+    assert changes(sideways, ON_BORDER)
+    assert not changes(sideways, others)
+    assert aspect_preserved(sideways)
+    assert minor_zero_crossings(sideways) == []
+    assert summarize(sideways)["aspect_preserved"]
+
+
+def test_crossings_of_a_start_on_a_border_are_those_of_the_other_minors(backwards):
+    others = [minor for minor in range(1, 20) if minor not in ON_BORDER]
+    crossed = {minor for minor, _ in minor_zero_crossings(backwards)}
+    assert crossed == set(changes(backwards, others)) == {4, 12, 18}
+    assert changes(backwards, ON_BORDER)
+    assert not aspect_preserved(backwards)
+    assert not summarize(backwards)["aspect_preserved"]
+
+
+def test_a_start_off_every_border_lists_none(reproduction):
+    for run in reproduction.runs.values():
+        summary = summarize(run)
+        assert (summary["minors"], summary["minors_on_border_at_start"]) == (3, [])
+        assert summary["max_orientation_error"] == 0.0
 
 
 def test_features_of_the_paper_in_the_summary(reproduction):

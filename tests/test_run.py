@@ -2,16 +2,21 @@ import dataclasses
 import io
 import json
 import struct
+import subprocess
+import sys
 import zipfile
 from itertools import combinations
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from aspect_control import Arm, Run, StraightLine, controllers, simulate
+from aspect_control.examples import find_example
 from aspect_control.exceptions import OutputError, RunFileError
 from aspect_control.resources import model_path
 from aspect_control.simulation import Diverged, RunInfo
@@ -288,6 +293,197 @@ def test_neither_saving_nor_loading_pickles(short, tmp_path, monkeypatch):
     assert Run.load(tmp_path / "run.npz") == short
 
 
+# Recordings of any arm
+
+
+PANDA_START = (0.3, -0.6, 0.4, -2.0, 0.5, 1.8, 0.6)
+TURN = np.array([0.2, -0.3, 0.4])
+SHIFT = np.array([0.1, 0.15, -0.087])
+
+
+def two_locked_joints():
+    text = model_path("planar3r.urdf").read_text(encoding="utf-8")
+    arm = Arm.from_urdf_text(text, frame="tool", task=["y"], gravity=(0, -9.81, 0), locked={"joint2": 0.7})
+    return arm, (-0.8, 0.9), [0.1]
+
+
+def of_a_panda():
+    return Arm.from_example("panda", frame="panda_hand", task="pose"), PANDA_START, [*SHIFT, *TURN]
+
+
+def of_a_panda_with_a_locked_joint():
+    arm = Arm.from_example("panda", frame="panda_hand", task=["z", "x", "ry"], locked={"panda_joint3": -0.3})
+    return arm, PANDA_START[:2] + PANDA_START[3:], [-0.05, 0.1, 0.2]
+
+
+def of_a_pinocchio_model():
+    model = pin.buildModelFromUrdf(str(model_path("planar3r.urdf")))
+    model.gravity.linear = np.array([0.1, -3.7, 0.2])
+    return Arm.from_pinocchio(model, frame="tool", task="xy"), Q0, [0.15, 0.1]
+
+
+def of_a_kinova():
+    arm = Arm.from_example("kinova", frame="j2s6s200_end_effector", task="xyz")
+    return arm, (0.4, 2.8, 1.6, 0.6, 2.0, 3.0), [0.05, 0.05, 0.1]
+
+
+def of_a_kinova_s_pinocchio_model():
+    model = pin.buildModelFromUrdf(str(find_example("kinova").path))
+    arm = Arm.from_pinocchio(model, frame="j2s6s200_end_effector", task="xyz")
+    return arm, (0.4, 2.8, 1.6, 0.6, 2.0, 3.0), [0.05, 0.05, 0.1]
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        two_locked_joints,
+        of_a_panda,
+        of_a_panda_with_a_locked_joint,
+        of_a_pinocchio_model,
+        of_a_kinova,
+        of_a_kinova_s_pinocchio_model,
+    ],
+    ids=lambda make: make.__name__,
+)
+def recorded(request):
+    arm, start, displacement = request.param()
+    line = StraightLine(displacement, duration=0.5, profile="quintic")
+    return simulate(controllers.create("jmdc", arm), line, q0=arm.configuration(start), dt=0.01)
+
+
+def test_a_recording_of_any_arm_comes_back_bit_for_bit(recorded, tmp_path):
+    assert recorded.status == "finished"
+    recorded.save(tmp_path / "run.npz")
+    loaded = Run.load(tmp_path / "run.npz")
+    assert loaded == recorded
+    assert loaded.arm.description == recorded.arm.description
+    for each in (*ARRAYS, *DERIVED):
+        before, after = getattr(recorded, each), getattr(loaded, each)
+        assert (after.dtype, after.shape, after.tobytes()) == (before.dtype, before.shape, before.tobytes())
+
+
+def test_a_loaded_arm_has_the_saved_one_s_model(recorded, tmp_path):
+    recorded.save(tmp_path / "run.npz")
+    arm, loaded = recorded.arm, Run.load(tmp_path / "run.npz").arm
+    assert loaded.model == arm.model
+    assert (loaded.joint_names, loaded.task, loaded.frame) == (arm.joint_names, arm.task, arm.frame)
+    np.testing.assert_array_equal(loaded.gravity, arm.gravity)
+    np.testing.assert_array_equal(loaded.torque_limit, arm.torque_limit)
+    np.testing.assert_array_equal(loaded.minor_columns, arm.minor_columns)
+
+
+def test_a_recording_of_any_arm_has_the_documented_shapes(recorded):
+    arm, k = recorded.arm, 51
+    m, encoded = arm.task_dim, 7 if any(axis.startswith("r") for axis in arm.task) else arm.task_dim
+    shapes = [(k,), (k, arm.nq), (k, arm.nv), (k, arm.nv), (k, encoded), (k, m), (k, m)]
+    assert [getattr(recorded, name).shape for name in ARRAYS] == shapes
+    assert (recorded.x.shape, recorded.task_error.shape) == ((k, encoded), (k, m))
+    assert recorded.tracking_error.shape == recorded.orientation_error.shape == (k,)
+
+
+def test_a_recording_of_a_bare_model_needs_no_urdf(tmp_path):
+    arm, start, displacement = of_a_pinocchio_model()
+    simulate(controllers.Pseudoinverse(arm), StraightLine(displacement, 0.5), q0=start, dt=0.05).save(tmp_path / "run")
+    loaded = Run.load(tmp_path / "run").arm
+    assert loaded.description.urdf is None
+    assert loaded.description.chain == arm.description.chain
+    np.testing.assert_array_equal(loaded.gravity, [0.1, -3.7, 0.2])
+
+
+@pytest.fixture(scope="module")
+def pose_run():
+    arm, start, displacement = of_a_panda()
+    line = StraightLine(displacement, duration=1.0, profile="quintic")
+    # Gains so weak that there is an error worth measuring.
+    return simulate(
+        controllers.Pseudoinverse(arm, kp=1.0, kv=1.0), line, q0=start, v0=np.full(7, 0.1), dt=0.02, events=()
+    )
+
+
+@pytest.fixture(scope="module")
+def hand_poses(pose_run):
+    """Rotations and positions of the hand, from a model of its own with the fingers locked."""
+    model = pin.buildModelFromUrdf(str(find_example("panda").path))
+    fingers = [model.getJointId(name) for name in model.names if "finger" in name]
+    model = pin.buildReducedModel(model, fingers, pin.neutral(model))
+    data, rotations, positions = model.createData(), [], []
+    for q in pose_run.q:
+        pin.framesForwardKinematics(model, data, q)
+        pose = data.oMf[model.getFrameId("panda_hand")]
+        rotations.append(pose.rotation.copy())
+        positions.append(pose.translation.copy())
+    return np.array(rotations), np.array(positions)
+
+
+def quaternion_rotations(quaternions):
+    return Rotation.from_quat(quaternions).as_matrix()
+
+
+def desired_rotations(run, start):
+    u = run.t / run.t[-1]
+    s = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+    return Rotation.from_rotvec(s[:, None] * TURN).as_matrix() @ start, s
+
+
+def test_desired_poses_are_position_and_unit_quaternion(pose_run, hand_poses):
+    rotations, positions = hand_poses
+    desired, s = desired_rotations(pose_run, rotations[0])
+    assert pose_run.x_desired.shape == (51, 7)
+    np.testing.assert_allclose(np.linalg.norm(pose_run.x_desired[:, 3:], axis=1), 1.0, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(pose_run.x_desired[:, :3], positions[0] + s[:, None] * SHIFT, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(quaternion_rotations(pose_run.x_desired[:, 3:]), desired, rtol=0, atol=4e-15)
+
+
+def test_actual_poses_are_those_of_the_hand(pose_run, hand_poses):
+    rotations, positions = hand_poses
+    np.testing.assert_allclose(pose_run.x[:, :3], positions, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(quaternion_rotations(pose_run.x[:, 3:]), rotations, rtol=0, atol=4e-15)
+
+
+def test_tracking_error_of_a_pose_is_the_distance_of_the_hand_alone(pose_run, hand_poses):
+    _, positions = hand_poses
+    _, s = desired_rotations(pose_run, np.eye(3))
+    expected = np.linalg.norm(positions[0] + s[:, None] * SHIFT - positions, axis=1)
+    assert expected.max() > 0.01
+    np.testing.assert_allclose(pose_run.tracking_error, expected, rtol=0, atol=1e-14)
+
+
+def test_orientation_error_of_a_pose_is_the_angle_between_the_hands(pose_run, hand_poses):
+    rotations, _ = hand_poses
+    desired, _ = desired_rotations(pose_run, rotations[0])
+    # Rotations an angle φ apart differ by 2√2·sin(φ/2) in the Frobenius norm.
+    expected = 2.0 * np.arcsin(np.linalg.norm(desired - rotations, axis=(1, 2)) / np.sqrt(8.0))
+    assert expected.max() > 0.01
+    np.testing.assert_allclose(pose_run.orientation_error, expected, rtol=0, atol=2e-14)
+
+
+def test_task_error_of_a_pose_is_the_rotation_that_is_missing(pose_run, hand_poses):
+    rotations, _ = hand_poses
+    desired, _ = desired_rotations(pose_run, rotations[0])
+    missing = Rotation.from_matrix(desired @ rotations.transpose(0, 2, 1)).as_rotvec()
+    np.testing.assert_allclose(pose_run.task_error[:, 3:], missing, rtol=0, atol=2e-14)
+
+
+def test_errors_of_a_task_of_a_few_coordinates_are_of_those_alone():
+    arm, start, displacement = of_a_panda_with_a_locked_joint()
+    line = StraightLine(displacement, 0.5)
+    run = simulate(
+        controllers.Pseudoinverse(arm, kp=1.0, kv=1.0), line, q0=start, v0=np.full(6, 0.2), dt=0.02, events=()
+    )
+    # The task is z, x and ry.
+    position = (run.x_desired - run.x)[:, [2, 0]]
+    one, other = (quaternion_rotations(x[:, 3:]) for x in (run.x_desired, run.x))
+    turn = Rotation.from_matrix(one @ other.transpose(0, 2, 1)).as_rotvec()
+    assert np.abs(turn[:, 1]).max() > 1e-3
+    np.testing.assert_allclose(run.task_error, np.column_stack([position, turn[:, 1]]), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(run.tracking_error, np.hypot(*position.T), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(run.orientation_error, np.abs(turn[:, 1]), rtol=0, atol=1e-14)
+
+
+def test_the_orientation_error_of_a_task_of_positions_is_zero(short):
+    np.testing.assert_array_equal(short.orientation_error, np.zeros(41))
+
+
 # Equality
 
 
@@ -330,6 +526,27 @@ def test_a_run_equals_nothing_else(short):
 
 
 # Files that are no recorded runs
+
+
+@pytest.fixture(scope="module")
+def saved_chain(tmp_path_factory):
+    """A saved run of an arm made of a pin.Model."""
+    arm, start, displacement = of_a_pinocchio_model()
+    path = tmp_path_factory.mktemp("runs") / "chain.npz"
+    simulate(controllers.Pseudoinverse(arm), StraightLine(displacement, 0.5), q0=start, dt=0.05).save(path)
+    return path.read_bytes()
+
+
+def load_apart(paths):
+    """What loading runs comes to in a process of its own, so that a crash is not that of the tests."""
+    code = (
+        "import sys; from aspect_control import Run; from aspect_control.exceptions import RunFileError\n"
+        "for path in sys.argv[1:]:\n"
+        "    try:\n        Run.load(path); print('loaded')\n"
+        "    except RunFileError as error:\n        print('refused:', ' '.join(str(error).split()))\n"
+    )
+    command = [sys.executable, "-c", code, *map(str, paths)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=15, check=False)
 
 
 def assert_refused(path, content=None):
@@ -489,10 +706,75 @@ def test_a_header_without_one_of_its_infos_is_refused(saved, tmp_path, field):
         ("gravity", [0.0]),
         ("gravity", "down"),
         ("gravity", [0.0, 0.0, float("nan")]),
+        ("gravity", [0.0, 0.0, float("inf")]),
+        ("gravity", [0.0, 0.0, 0.0, 0.0]),
+        ("task", ["x", "w"]),
+        ("task", ["x", "x"]),
+        ("task", []),
+        ("task", ["x", "ry"]),
+        ("locked", None),
+        ("locked", {"joint2": float("nan")}),
+        ("locked", {"joint2": "bent"}),
+        ("locked", {"joint2": 4.0}),
+        ("locked", {"joint9": 0.0}),
+        ("locked", {"joint2": 0.0}),
+        ("locked", {"joint1": 0.0, "joint2": 0.0, "joint3": 0.0}),
+        ("package_dirs", "meshes"),
     ],
 )
 def test_a_header_with_an_impossible_arm_is_refused(saved, tmp_path, key, value):
     assert_refused(tmp_path / "header.npz", with_header(saved, lambda header: header["arm"].update({key: value})))
+
+
+def test_an_arm_of_neither_a_urdf_nor_a_chain_is_refused(saved_chain, tmp_path):
+    content = with_header(saved_chain, lambda header: header["arm"].update(chain=None))
+    assert_refused(tmp_path / "header.npz", content)
+
+
+@pytest.mark.parametrize("key", ["frame", "task", "gravity", "locked"])
+def test_a_description_without_one_of_its_parts_is_refused(saved, tmp_path, key):
+    assert_refused(tmp_path / "header.npz", with_header(saved, lambda header: header["arm"].pop(key)))
+
+
+def recorded_joints(header):
+    return header["arm"]["chain"]["joints"]
+
+
+def test_chains_that_are_damaged_anywhere_are_refused_or_loaded_and_crash_nothing(saved_chain, tmp_path):
+    damages = [None, -1, 1e308, float("nan"), "x", [], {}]
+    joints = len(recorded_joints(json.loads(str(member(saved_chain, "header")))))
+    paths = []
+    for joint in range(joints):
+        for key in ("name", "kind", "axis", "placement", "inertia", "armature", "limits"):
+            for index, damage in enumerate(damages):
+                path = tmp_path / f"damaged-{joint}-{key}-{index}.npz"
+                change = lambda header, j=joint, k=key, d=damage: recorded_joints(header)[j].update({k: d})  # noqa: E731
+                path.write_bytes(with_header(saved_chain, change))
+                paths.append(path)
+    done = load_apart(paths)
+    assert (done.returncode, done.stderr) == (0, "")
+    outcomes = done.stdout.splitlines()
+    assert len(outcomes) == len(paths)
+    assert {outcome.split(":")[0] for outcome in outcomes} <= {"refused", "loaded"}
+    assert all("NaN" not in outcome for outcome in outcomes)
+
+
+@pytest.mark.parametrize(
+    "falsify",
+    [
+        lambda joints: joints.clear(),
+        lambda joints: joints[1].update(name=joints[0]["name"]),
+        lambda joints: joints[1].update(kind="JointModelFreeFlyer"),
+        lambda joints: joints[1]["inertia"].__setitem__(0, float("nan")),
+        lambda joints: joints[1]["placement"].__setitem__(0, 7.0),
+        lambda joints: joints.append(joints[0] | {"name": "one more"}),
+    ],
+)
+def test_an_impossible_chain_is_refused_and_crashes_nothing(saved_chain, tmp_path, falsify):
+    path = tmp_path / "impossible.npz"
+    path.write_bytes(with_header(saved_chain, lambda header: falsify(recorded_joints(header))))
+    done = load_apart([path])
+    assert (done.returncode, done.stdout[:8]) == (0, "refused:"), done.stderr
 
 
 @pytest.mark.parametrize("name", ARRAYS)

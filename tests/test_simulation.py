@@ -192,7 +192,7 @@ def test_number_of_samples_is_the_duration_over_dt_plus_one(duration, dt, per_te
 
 
 def test_the_last_sample_is_the_last_one_inside_the_motion():
-    run = simulate(Idle(ARM), A, q0=Q0, dt=0.7e-3)
+    run = simulate(Idle(ARM), A, q0=Q0, dt=0.7e-3, events=())
     assert len(run.t) == 2858
     assert run.t[-1] <= 2.0 < run.t[-1] + 0.7e-3
 
@@ -268,7 +268,7 @@ def test_the_caller_s_arrays_are_left_alone():
 
 def test_progress_grows_to_one():
     parts = []
-    simulate(Idle(ARM), A, q0=Q0, progress=parts.append)
+    simulate(Idle(ARM), A, q0=Q0, events=(), progress=parts.append)
     assert parts == sorted(parts)
     assert 0.0 < parts[0] < 0.05
     assert parts[-1] == 1.0
@@ -297,7 +297,7 @@ def test_an_integrator_of_one_s_own_can_be_given():
         def step(self, plant, q, v, tau, dt):
             return q, v
 
-    run = simulate(law("pseudoinverse"), A, q0=Q0, dt=0.02, integrator=Frozen())
+    run = simulate(law("pseudoinverse"), A, q0=Q0, dt=0.02, integrator=Frozen(), events=())
     assert run.info.integrator == "frozen"
     np.testing.assert_array_equal(run.q, np.tile(Q0, (101, 1)))
 
@@ -393,7 +393,7 @@ def test_a_start_that_has_diverged_already_is_a_run_of_one_sample(v0):
 @pytest.mark.parametrize("speed", [1e160, 1e308])
 @pytest.mark.parametrize("name", LAWS)
 def test_a_start_at_which_the_torque_overflows_is_refused(name, speed):
-    with pytest.raises(ParameterError, match=f"the run cannot start: diverged at t = 0 s: {name}: .*{speed:g} rad/s"):
+    with pytest.raises(ParameterError, match=rf"the run cannot start: diverged at t = 0 s: {name}: .*1e\+\d+ rad/s"):
         simulate(law(name), A, q0=Q0, v0=np.full(3, speed))
 
 

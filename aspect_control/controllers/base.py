@@ -100,8 +100,8 @@ class Controller(ABC):
             expected = "a pin.SE3 as x and" if arm.coordinates.has_rotation else "an array as x and"
             given = f"{type(target.x).__name__} and {target.dx.shape[0]}"
             raise ShapeError(f"the target for {arm.task} must have {expected} {arm.task_dim} rates, got {given}")
-        state = arm.state(q, v)
         with np.errstate(over="ignore", invalid="ignore"):
+            state = arm.state(q, v)
             tau = self.command(state, target)
         if not np.isfinite(tau).all():
             raise NonFiniteError(

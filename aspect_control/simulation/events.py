@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import Arm
-from ..checks import finite_vector, positive
-from ..exceptions import ParameterError
+from ..checks import positive
+from ..exceptions import ParameterError, ShapeError
 from ..redundancy import Array, manipulability
 from ..trajectories import Target
-from .run_file import Status
 
 
 class Moment(NamedTuple):
@@ -43,7 +42,10 @@ class Event(ABC):
         status: How a run ended that it has ended.
     """
 
-    status: Status
+    status: str
+
+    def require_fits(self, arm: Arm) -> None:  # noqa: B027
+        """Raise an error of ours if the event does not fit the arm; called before the run starts."""
 
     @abstractmethod
     def check(self, moment: Moment) -> str | None:
@@ -161,6 +163,14 @@ class TorqueLimit(Event):
         """
         self.limit = torque_limit("limit", limit)
 
+    def require_fits(self, arm: Arm) -> None:
+        """Make sure that there is one limit a joint, or one for all.
+
+        Raises:
+            ShapeError: If there is not.
+        """
+        torque_limit("limit", self.limit, arm.nv)
+
     def check(self, moment: Moment) -> str | None:
         """Return why the run ends, or None."""
         share = np.abs(moment.tau) / self.limit
@@ -168,7 +178,7 @@ class TorqueLimit(Event):
         if share[joint] <= 1.0:
             return None
         limit = np.broadcast_to(self.limit, moment.tau.shape)[joint]
-        return f"{moment.tau[joint]:.4g} N m at joint {moment.arm.joint_names[joint]!r}, limit {limit:g} N m"
+        return f"{moment.tau[joint]:.6g} N m at joint {moment.arm.joint_names[joint]!r}, limit {limit:.6g} N m"
 
 
 class JointLimit(Event):
@@ -196,8 +206,13 @@ def torque_limit(name: str, limit: ArrayLike, size: int | None = None) -> Array:
         ParameterError: If an entry is not above zero.
         ShapeError: If it is neither a number nor a vector of `size` entries.
     """
-    values = np.atleast_1d(np.asarray(limit, dtype=np.float64))
+    try:
+        values = np.atleast_1d(np.array(limit, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise ShapeError(f"{name} must be a number or a vector of numbers, got {limit!r}") from None
+    if values.ndim != 1 or len(values) == 0 or (size is not None and len(values) not in (1, size)):
+        expected = "a number or a vector" if size is None else f"a number or a vector of {size} numbers"
+        raise ShapeError(f"{name} must be {expected}, got shape {values.shape}")
     if not np.all(values > 0.0):
         raise ParameterError(f"{name} must be above 0 N m, got {values.tolist()}")
-    finite_vector(name, np.where(np.isinf(values), 0.0, values), None if len(values) == 1 else size)
     return values

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arm import Arm
 from ..checks import finite_vector, positive
 from ..controllers import Controller
 from ..exceptions import NonFiniteError, ParameterError, ShapeError
@@ -17,7 +18,7 @@ from .integrators import Integrator, find_integrator
 from .plant import Plant
 from .recorder import Recorder
 from .run import Run
-from .run_file import RunInfo, Status, versions
+from .run_file import RunInfo, versions
 
 MAX_SAMPLES = 20_000_000
 """The longest recording that is started, in samples: about 5 GB for a 7-axis arm."""
@@ -60,8 +61,8 @@ def simulate(
     Raises:
         ShapeError: If q0 or v0 has the wrong shape, or the trajectory another number of task coordinates than the arm.
         NonFiniteError: If q0 or v0 is not finite.
-        ParameterError: If an event ends the run before its first sample, or dt is not above zero, longer than the
-            motion, or so short that the recording would not fit.
+        ParameterError: If the torque at the start is not finite, `events` are no events, or dt is not above zero,
+            longer than the motion, or so short that the recording would not fit.
         UnknownNameError: If there is no such integrator.
     """
     arm = controller.arm
@@ -74,10 +75,10 @@ def simulate(
             f"the trajectory has {trajectory.task_dim} task coordinates, "
             f"the arm's task {arm.task} has {arm.task_dim}: give one number for each"
         )
+    _require_events(events, arm)
     method, plant, start = find_integrator(integrator), Plant(arm), arm.task_position(q)
     recorder = Recorder(arm, np.arange(samples, dtype=np.float64) * dt)
-    status: Status = "finished"
-    message = f"finished at t = {recorder.t[-1]:.6g} s"
+    status, message = "finished", f"finished at t = {recorder.t[-1]:.6g} s"
     report_every = max(1, samples // 100)
     controller.reset(q, v, dt)
     for i in range(samples):
@@ -115,7 +116,14 @@ def simulate(
     return recorder.run(info)
 
 
-def _ended(events: Sequence[Event], moment: Moment) -> tuple[Status, str] | None:
+def _require_events(events: Sequence[Event], arm: Arm) -> None:
+    if not isinstance(events, Sequence) or not all(isinstance(event, Event) for event in events):
+        raise ParameterError(f"events must be a sequence of events, such as (Diverged(),), got {events!r}")
+    for event in events:
+        event.require_fits(arm)
+
+
+def _ended(events: Sequence[Event], moment: Moment) -> tuple[str, str] | None:
     for event in events:
         reason = event.check(moment)
         if reason is not None:

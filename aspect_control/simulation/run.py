@@ -21,7 +21,7 @@ from ..redundancy import (
     pseudoinverse_torque,
     task_acceleration,
 )
-from .run_file import ARRAYS, RunInfo, Status, read_run, write_run
+from .run_file import ARRAYS, RunInfo, read_run, write_run
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Run:
     info: RunInfo
 
     @property
-    def status(self) -> Status:
+    def status(self) -> str:
         """How the run ended: `"finished"`, or the status of the event that ended it."""
         return self.info.status
 

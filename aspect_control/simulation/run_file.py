@@ -8,11 +8,12 @@ import platform
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, BinaryIO, Literal, TypeAlias
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from ..arm import Arm
+from ..checks import positive
 from ..description import ArmDescription
 from ..exceptions import AspectControlError, RunFileError
 from ..files import atomic_path
@@ -23,9 +24,6 @@ FORMAT = "aspect-control run 1"
 
 ARRAYS = ("t", "q", "v", "tau", "x_desired", "dx_desired", "ddx_desired")
 """The recorded arrays."""
-
-Status: TypeAlias = Literal["finished", "diverged", "singular", "torque limit", "joint limit", "tracking lost"]
-"""How a run can end."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +48,7 @@ class RunInfo:
     trajectory: str
     dt: float
     integrator: str
-    status: Status
+    status: str
     message: str
     versions: dict[str, str]
 
@@ -93,9 +91,10 @@ def read_run(path: str | os.PathLike[str]) -> tuple[dict[str, Array], Arm, RunIn
         # A damaged archive can fail anywhere between the zip directory and the last array.
         raise RunFileError(f"{path} is not a recorded run (.npz written by Run.save): {error}") from error
     try:
+        positive("dt", header.info.dt, "s")
         arm = Arm.from_description(header.arm)
     except AspectControlError as error:
-        raise RunFileError(f"the arm recorded in {path} cannot be built: {error}") from error
+        raise RunFileError(f"{path} does not describe a run: {error}") from error
     _require_consistent(path, arrays, arm)
     return arrays, arm, header.info
 

@@ -86,19 +86,27 @@ def comparison_figure(runs: Mapping[str, Run], title: str = "") -> Any:
         unit = minor_unit(next(iter(runs.values())).arm)
         for index, (label, run) in enumerate(runs.items()):
             look = {"color": COLOURS[index % 7], "linestyle": DASHES[index % 7], "label": law_name(label)}
-            torque.semilogy(run.t, np.abs(run.tau).max(axis=1), **look)
-            self_motion.semilogy(run.t[1:], np.linalg.norm(run.homogeneous_velocity, axis=1)[1:], **look)
+            torque.plot(run.t, np.abs(run.tau).max(axis=1), **look)
+            self_motion.plot(run.t[1:], np.linalg.norm(run.homogeneous_velocity, axis=1)[1:], **look)
             signed = np.delete(run.minors, run.arm.minors_on_border(run.q[0]), axis=1)
             minor.plot(run.t, np.abs(signed).min(axis=1, initial=np.inf), **look)
         torque.set(title="largest joint torque", ylabel=r"max$_i\,|\tau_i|$ (N m)", xlabel="time (s)")
         self_motion.set(title="self-motion", ylabel=r"$\|\dot{\theta}_H\|$ (rad/s)", xlabel="time (s)")
         minor.set(title="distance to the aspect's border", ylabel=f"min$_i\\,|\\delta_i|$ ({unit})", xlabel="time (s)")
         minor.set_ylim(bottom=0.0)
-        self_motion.set_ylim(bottom=1e-6)
+        _use_log_scale(torque, bottom=None)
+        _use_log_scale(self_motion, bottom=1e-6)
         bottom.legend(*torque.get_legend_handles_labels(), loc="outside upper center", ncols=len(runs))
         if title:
             top.suptitle(title)
         return figure
+
+
+def _use_log_scale(axes: Any, bottom: float | None) -> None:
+    """Make the vertical axis logarithmic, unless there is nothing above zero to show."""
+    if any(np.any(np.asarray(line.get_ydata()) > (bottom or 0.0)) for line in axes.get_lines()):
+        axes.set_yscale("log")
+        axes.set_ylim(bottom=bottom)
 
 
 def _end(runs: Iterable[Run]) -> float:

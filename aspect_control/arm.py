@@ -278,6 +278,11 @@ class Arm:
         return tuple(self.model.names)[1:]
 
     @cached_property
+    def prismatic(self) -> NDArray[np.bool_]:
+        """Which joints slide, shape (nv,)."""
+        return np.array([is_prismatic(self.model, joint) for joint in range(1, self.model.njoints)])
+
+    @cached_property
     def position_limits(self) -> tuple[Array, Array]:
         """Lower and upper limits of the joint positions, shapes (nv,), rad; infinite where the model has none."""
         return position_limits(self.model)
@@ -334,7 +339,7 @@ class Arm:
         prismatic joint without limits. The workspace may be smaller.
         """
         lower, upper = self.position_limits
-        travel = sum(max(abs(lower[i]), abs(upper[i])) for i in range(self.nv) if is_prismatic(self.model, i + 1))
+        travel = np.maximum(np.abs(lower), np.abs(upper))[self.prismatic].sum()
         steps = np.diff(self.skeleton(pin.neutral(self.model)), axis=0)
         return float(np.linalg.norm(steps, axis=1).sum() + travel)
 
@@ -493,7 +498,7 @@ class Arm:
         lower, upper = self.position_limits
         for i, position in enumerate(self.positions(q)):
             if not lower[i] <= position <= upper[i]:
-                hint = unit_hint(position, lower[i], upper[i], prismatic=is_prismatic(self.model, i + 1))
+                hint = unit_hint(position, lower[i], upper[i], prismatic=bool(self.prismatic[i]))
                 raise ParameterError(
                     f"joint {self.joint_names[i]!r} at {position:g} is outside its limits "
                     f"[{lower[i]:g}, {upper[i]:g}]{hint}"

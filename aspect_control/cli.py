@@ -13,6 +13,9 @@ from typer.exceptions import TyperException
 
 from .exceptions import AspectControlError
 
+INTERRUPTED = 130
+"""Exit status of a command that was interrupted from the keyboard."""
+
 app = typer.Typer(
     add_completion=False,
     rich_markup_mode=None,
@@ -90,10 +93,11 @@ def run(
     from .files import output_folder, write_text
     from .scenario import load_scenario
     from .simulation import Run
-    from .views import comparison_figure, law_name, run_figure, save_figure
+    from .views import comparison_figure, law_name, plain_text, run_figure, save_figure
     from .views.screen import progress_bar, show_laws
 
     described = load_scenario(scenario, settings or [])
+    described.require_fits()
     folder = output_folder(out or Path("results") / scenario.stem)
     runs: dict[str, Run] = {}
 
@@ -107,10 +111,10 @@ def run(
         summary = {label: summarize(each) for label, each in runs.items()}
         write_text(folder / "summary.json", _json({"scenario": scenario.stem, "controllers": summary}))
         for label, each in runs.items():
-            figure = run_figure(each, f"{scenario.stem}: {law_name(label)}")
+            figure = run_figure(each, f"{plain_text(scenario.stem)}: {law_name(label)}")
             save_figure(figure, folder / f"{label}.png")
             save_figure(figure, folder / f"{label}.svg")
-        figure = comparison_figure(runs, scenario.stem)
+        figure = comparison_figure(runs, plain_text(scenario.stem))
         save_figure(figure, folder / "comparison.png")
         save_figure(figure, folder / "comparison.svg")
     show_laws(summary)
@@ -209,10 +213,9 @@ def main() -> None:
         _fail(str(error))
     except TyperException as error:
         _fail(error.format_message())
-    except (KeyboardInterrupt, typer.Abort):
-        typer.echo("aspect-control: interrupted; what was written stays", err=True)
-        sys.exit(130)
     else:
+        if status == INTERRUPTED:
+            typer.echo("aspect-control: interrupted; what was written stays", err=True)
         sys.exit(status)
 
 

@@ -406,7 +406,7 @@ def test_arm_of_a_pinocchio_model_is_that_of_its_urdf(robot, task):
     # Pinocchio's model does not know which joints of the URDF are mimic joints.
     locked = LOCKED[robot]
     arm = Arm.from_pinocchio(model, frame=FRAMES[robot], task=task, locked=locked)
-    # A model is written down as numbers, of which Pinocchio rounds the centre of mass once more: one unit in the last place.
+    # A model is written down as numbers, of which Pinocchio rounds the centre of mass once more.
     assert_same_arm(
         arm, Arm.from_example(robot, frame=FRAMES[robot], task=task, locked=locked), seed=14, rounding=1e-14
     )

@@ -48,7 +48,7 @@ def describe_parameters(law: type[Controller]) -> str:
     )
 
 
-def create(name: str, arm: Arm, **parameters: Any) -> Controller:
+def create(name: str, arm: Arm, /, **parameters: Any) -> Controller:
     """Construct a law by name.
 
     Args:

@@ -30,6 +30,21 @@ else:
     import tomli as tomllib
 
 
+_SECTIONS: dict[str, type[BaseModel]] = {
+    "robot": RobotSection,
+    "start": StartSection,
+    "simulation": SimulationSection,
+    "limits": LimitsSection,
+}
+_TRAJECTORIES: dict[Any, type[BaseModel]] = {
+    "line": LineSection,
+    "circle": CircleSection,
+    "hold": HoldSection,
+    "waypoints": WaypointsSection,
+}
+_ALL_SECTIONS: tuple[type[BaseModel], ...] = (Scenario, *_SECTIONS.values(), *_TRAJECTORIES.values())
+
+
 def load_scenario(path: str | Path, settings: Sequence[str] = ()) -> Scenario:
     """Read a scenario.
 
@@ -50,17 +65,21 @@ def load_scenario(path: str | Path, settings: Sequence[str] = ()) -> Scenario:
         raise ScenarioError(f"{path} is not valid TOML: {error}") from None
     for setting in settings:
         _apply(content, setting)
+    if "folder" in content:
+        raise ScenarioError(f"{path}: unknown field 'folder'; allowed: {', '.join(_fields([], content))}")
     try:
         return Scenario.model_validate({**content, "folder": file.parent})
     except ValidationError as error:
-        raise ScenarioError(f"{path}: " + "; ".join(_explain(each, content) for each in error.errors())) from None
+        raise ScenarioError(f"{path}: {_explain_all(error, content)}") from None
 
 
 def _find(path: str | Path) -> Path:
-    file = Path(path)
-    if file.is_file():
-        return file
-    shipped = scenario_paths()
+    file, shipped = Path(path), scenario_paths()
+    try:
+        if file.is_file():
+            return file
+    except OSError as error:
+        raise ScenarioError(f"cannot read scenario {path}: {error.strerror}") from error
     if str(path) in shipped:
         return shipped[str(path)]
     nearest = difflib.get_close_matches(str(path), shipped, n=3, cutoff=0.5)
@@ -70,64 +89,84 @@ def _find(path: str | Path) -> Path:
 
 def _apply(content: dict[str, Any], setting: str) -> None:
     key, separator, text = setting.partition("=")
-    if not separator or not all(key.split(".")):
+    parts = [part.strip() for part in key.split(".")]
+    if not separator or not all(parts) or "\n" in text:
         raise ScenarioError(f"a setting must be field=value, such as controller.kp=200; got {setting!r}")
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
-        value = text
-    first, *rest = key.split(".")
-    if first == "controller" and rest:
-        laws = content.get("controllers", [])
-        if len(rest) == 2:
-            known = [law.get("label", law.get("name")) for law in laws]
-            laws = [law for law, label in zip(laws, known, strict=True) if label == rest[0]]
-            if not laws:
-                raise ScenarioError(f"{setting!r}: the scenario has no controller {rest[0]!r}; it has {known}")
-        for law in laws:
-            law[rest[-1]] = value
-        return
-    table = content
-    for part in [first, *rest][:-1]:
-        table = table.setdefault(part, {})
-        if not isinstance(table, dict):
-            raise ScenarioError(f"{setting!r}: {part!r} is no table")
-    table[[first, *rest][-1]] = value
+        value = text.strip()
+    tables = [content]
+    if parts[0] == "controller" and len(parts) > 1:
+        parts = parts[1:]
+        tables = _laws(content, parts[:-1], setting)
+    else:
+        for part in parts[:-1]:
+            tables = [tables[0].setdefault(part, {})]
+            if not isinstance(tables[0], dict):
+                raise ScenarioError(f"{setting!r}: {part!r} is no table")
+    for table in tables:
+        table[parts[-1]] = value
 
 
-def _explain(error: Mapping[str, Any], content: Mapping[str, Any]) -> str:
-    # The discriminator of a union stands in the location although it is no field of the file.
-    location = [part for part in error["loc"] if part not in ("line", "circle", "hold", "waypoints")]
+def _laws(content: Mapping[str, Any], label: Sequence[str], setting: str) -> list[dict[str, Any]]:
+    """Return the tables of all laws, or of the one with a label."""
+    laws = content.get("controllers", [])
+    if not isinstance(laws, list) or not all(isinstance(law, dict) for law in laws):
+        raise ScenarioError(f"{setting!r}: 'controllers' must be tables, [[controllers]], got {laws!r}")
+    if not label:
+        return laws
+    known = [law.get("label", law.get("name")) for law in laws]
+    found = [law for law, each in zip(laws, known, strict=True) if [each] == list(label)]
+    if not found:
+        raise ScenarioError(f"{setting!r}: the scenario has no controller {'.'.join(label)!r}; it has {known}")
+    return found
+
+
+def _explain_all(error: ValidationError, content: Mapping[str, Any]) -> str:
+    """Put all errors into one line; those of one field, which has alternatives, are joined."""
+    by_field: dict[str, list[str]] = {}
+    for each in error.errors():
+        field, message = _explain(each, content)
+        by_field.setdefault(field, []).append(message)
+    return "; ".join(field + " or".join(dict.fromkeys(messages)) for field, messages in by_field.items())
+
+
+def _explain(error: Mapping[str, Any], content: Mapping[str, Any]) -> tuple[str, str]:
+    """Return the field that an error is about, and what is wrong with it, to be written behind the field."""
+    unknown = error["type"] == "extra_forbidden"
+    *tables, last = error["loc"] or ("",)
+    location = [*_field_location(tables), last] if unknown else _field_location(error["loc"])
     field = ".".join(str(part) for part in location) or "the file"
-    if error["type"] == "extra_forbidden":
+    if unknown:
         allowed = _fields(location[:-1], content)
-        nearest = difflib.get_close_matches(str(location[-1]), allowed, n=1)
-        hint = f", did you mean {nearest[0]!r}?" if nearest else ""
-        return f"unknown field {field!r}{hint} allowed: {', '.join(allowed)}"
+        nearest = difflib.get_close_matches(str(location[-1]).lower(), allowed, n=1)
+        hint = f", did you mean {nearest[0]!r}?" if nearest else ";"
+        return f"unknown field {field!r}", f"{hint} allowed: {', '.join(allowed)}"
     if error["type"].startswith("union_tag"):
         given = content["trajectory"].get("kind")
-        return f"{field}.kind: must be 'line', 'circle', 'hold' or 'waypoints', got {given!r}"
+        return f"{field}.kind", f": must be 'line', 'circle', 'hold' or 'waypoints', got {given!r}"
+    if error["type"] in ("model_type", "model_attributes_type"):
+        return field, f": must be a table, got {error['input']!r}"
     message = error["msg"].removeprefix("Value error, ")
     given = "" if error["type"] in ("missing", "value_error") else f", got {error['input']!r}"
-    return f"{field}: {message}{given}"
+    return field, f": {message}{given}"
+
+
+def _field_location(location: Sequence[Any]) -> list[Any]:
+    """Leave out what pydantic adds to the path of a field to tell the alternatives of its type apart."""
+    known = {name for section in _ALL_SECTIONS for name in section.model_fields}
+    first, *rest = location or ("",)
+    # Names that a file makes up stand below `locked` and as parameters of a law.
+    free = first == "controllers" or rest[:1] == ["locked"]
+    kept = [part for part in rest if isinstance(part, int) or part in known or free]
+    return [part for part in (first, *kept) if part != ""] if location else []
 
 
 def _fields(location: Sequence[Any], content: Mapping[str, Any]) -> list[str]:
     """Return the fields that the table at `location` may have."""
-    sections: dict[str, type[BaseModel]] = {
-        "robot": RobotSection,
-        "start": StartSection,
-        "simulation": SimulationSection,
-        "limits": LimitsSection,
-    }
-    kinds: dict[Any, type[BaseModel]] = {
-        "line": LineSection,
-        "circle": CircleSection,
-        "hold": HoldSection,
-        "waypoints": WaypointsSection,
-    }
     if not location:
         return [name for name in Scenario.model_fields if name != "folder"]
     if location[0] == "trajectory":
-        return list(kinds[content["trajectory"].get("kind")].model_fields)
-    return list(sections[str(location[0])].model_fields)
+        return list(_TRAJECTORIES[content["trajectory"].get("kind")].model_fields)
+    return list(_SECTIONS[str(location[0])].model_fields)

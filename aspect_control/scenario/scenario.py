@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 
 from .. import controllers
 from ..arm import Arm
+from ..checks import finite_vector
 from ..controllers import Controller
 from ..redundancy import Array
 from ..simulation import Run, simulate
@@ -29,6 +30,10 @@ from .sections import (
 )
 
 TrajectorySection = Annotated[LineSection | CircleSection | HoldSection | WaypointsSection, Field(discriminator="kind")]
+
+
+RESERVED_LABEL = "comparison"
+"""The name of the figure that shows all runs of a scenario."""
 
 
 class Scenario(Section):
@@ -60,6 +65,8 @@ class Scenario(Section):
         twice = sorted({label for label in labels if labels.count(label) > 1})
         if twice:
             raise ValueError(f"controllers: {', '.join(twice)} more than once; give each a 'label' of its own")
+        if RESERVED_LABEL in labels:
+            raise ValueError(f"controllers: {RESERVED_LABEL!r} names the figure of all runs; take another label")
         return self
 
     def arm(self) -> Arm:
@@ -89,8 +96,12 @@ class Scenario(Section):
             ShapeError: If there is not one position a joint.
             ParameterError: If a joint is outside its limits.
         """
-        degrees, positions = self.start.degrees, self.start.positions
-        q = arm.configuration(np.deg2rad(degrees) if degrees is not None else np.array(positions))
+        if self.start.degrees is not None:
+            degrees = finite_vector("start.degrees", self.start.degrees, arm.nv)
+            positions = np.where(arm.prismatic, degrees, np.deg2rad(degrees))
+        else:
+            positions = finite_vector("start.positions", self.start.positions or [], arm.nv)
+        q = arm.configuration(positions)
         arm.require_within_limits(q)
         return q
 
@@ -101,6 +112,17 @@ class Scenario(Section):
             AspectControlError: As `controllers.create` does.
         """
         return {each.run_label: controllers.create(each.name, arm, **each.parameters) for each in self.controllers}
+
+    def require_fits(self) -> None:
+        """Make sure, before anything is written, that robot, start, laws and trajectory can be made.
+
+        Raises:
+            AspectControlError: If the scenario does not fit the robot.
+        """
+        arm = self.arm()
+        self.start_configuration(arm)
+        self.laws(arm)
+        self.trajectory.build()
 
     def run(self, progress: Callable[[str, float], None] | None = None) -> dict[str, Run]:
         """Run every law and return the runs by their labels.
@@ -123,7 +145,7 @@ class Scenario(Section):
             progress: As for `run`.
 
         Raises:
-            AspectControlError: If the scenario does not fit the robot; before the first run.
+            AspectControlError: If the scenario does not fit the robot.
         """
         arm = self.arm()
         q0, laws, trajectory = self.start_configuration(arm), self.laws(arm), self.trajectory.build()

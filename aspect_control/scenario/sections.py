@@ -25,7 +25,7 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 class Section(BaseModel):
     """A table of the file; a key that it does not know is an error."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class RobotSection(Section):
@@ -61,7 +61,7 @@ class StartSection(Section):
 
     Attributes:
         positions: In rad (m for prismatic joints); either this or `degrees`.
-        degrees: In degrees.
+        degrees: In degrees (m for prismatic joints).
         velocities: In rad/s; left out for rest.
     """
 
@@ -136,10 +136,10 @@ class ControllerSection(BaseModel):
         label: What its run is called, also in file names; the registry name unless given.
     """
 
-    model_config = ConfigDict(extra="allow", frozen=True)
+    model_config = ConfigDict(extra="allow", frozen=True, strict=True)
 
     name: str
-    label: Annotated[str, Field(pattern=r"^[\w.-]+$")] = ""
+    label: Annotated[str, Field(pattern=r"^[A-Za-z0-9][\w.-]*$")] = ""
 
     @property
     def run_label(self) -> str:

@@ -2,12 +2,13 @@
 
 from .figures import comparison_figure, run_figure, save_figure
 from .report import reproduction_report
-from .style import law_name
+from .style import law_name, plain_text
 from .survey import survey_figure, survey_report
 
 __all__ = [
     "comparison_figure",
     "law_name",
+    "plain_text",
     "reproduction_report",
     "run_figure",
     "save_figure",

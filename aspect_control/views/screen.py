@@ -42,7 +42,8 @@ def progress_bar() -> Iterator[Callable[[str, float], None]]:
 def show_laws(summary: dict[str, dict[str, Any]]) -> None:
     """Print one row a law: how it ended, peak torque, aspect, tracking error."""
     table = Table("law", "peak torque", "aspect", "tracking error", "ended", box=None, pad_edge=False)
-    table.columns[0].no_wrap = table.columns[1].no_wrap = True
+    for column in table.columns:
+        column.overflow = "fold"
     for law, values in summary.items():
         table.add_row(
             law,
@@ -69,6 +70,8 @@ def show_claims(claims: Sequence[Claim]) -> None:
 def show_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     """Print rows of text under a header."""
     table = Table(*header, box=None, pad_edge=False)
+    for column in table.columns:
+        column.overflow = "fold"
     for row in rows:
         table.add_row(*map(escape, row))
     Console().print(table)

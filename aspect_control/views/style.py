@@ -50,4 +50,9 @@ def style() -> Iterator[None]:
 
 def law_name(name: str) -> str:
     """Return how a law is called in figures."""
-    return LAW_NAMES.get(name, name)
+    return LAW_NAMES.get(name, plain_text(name))
+
+
+def plain_text(text: str) -> str:
+    """Return text from outside so that a figure shows it letter by letter, without reading mathematics into it."""
+    return text.replace("$", r"\$")

@@ -12,6 +12,9 @@ from ..analysis.survey import SurveyRow
 from .report import markdown_table
 from .style import COLOURS, law_name, style
 
+CALM_RATIO = 2.0
+"""Peak torque over that of the pseudoinverse law up to which a run counts as calm."""
+
 
 def survey_report(rows: Sequence[SurveyRow], checks: Sequence[ChainCheck] = ()) -> str:
     """Return the survey as Markdown.
@@ -103,11 +106,12 @@ def _cells(row: SurveyRow) -> tuple[str, ...]:
 
 
 def _verdict(rows: Sequence[SurveyRow]) -> list[str]:
-    """Count aspect kept or left against torque calm or not; calm is within twice the pseudoinverse law's peak."""
+    """Count aspect kept or left against torque calm or not, for the runs that there is a reference for."""
     counts = {(kept, calm): 0 for kept in (True, False) for calm in (True, False)}
     single = dict(counts)
-    for row in rows:
-        key = row.aspect_preserved, row.status == "finished" and (row.peak_ratio or np.inf) <= 2.0
+    compared = [row for row in rows if row.peak_ratio is not None]
+    for row in compared:
+        key = row.aspect_preserved, row.status == "finished" and (row.peak_ratio or np.inf) <= CALM_RATIO
         counts[key] += 1
         single[key] += row.redundancy == 1
     table = markdown_table(

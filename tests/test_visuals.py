@@ -22,7 +22,7 @@ def test_a_missing_mesh_is_named_with_the_folders_that_were_searched(tmp_path):
     path = find_example("panda").path
     for folders, searched in (([tmp_path], str(tmp_path)), (None, "pass package_dirs")):
         arm = Arm.from_urdf(path, frame="panda_hand_tcp", task="xyz", package_dirs=folders)
-        with pytest.raises(ModelError, match="link0.dae could not be found") as caught:
+        with pytest.raises(ModelError, match=r"link0\.dae could not be found") as caught:
             visual_geometry(arm)
         assert searched in str(caught.value)
 

@@ -53,7 +53,7 @@ def reproduce(
             progress=lambda label, part: progress(label, part),
         )
         progress("summary and report", 1.0)
-        summary = {law: summarize(run) for law, run in result.runs.items()}
+        summary = {law: summarize(run) for law, run in result.all_runs.items()}
         verdicts = claims(result)
         document = {
             "trajectory": result.runs["jmdc"].info.trajectory,
@@ -69,7 +69,7 @@ def reproduce(
             figure = run_figure(result.runs[law], f"{heading}: {law_name(law)}, trajectory A")
             save_figure(figure, folder / f"{name}.png")
             save_figure(figure, folder / f"{name}.svg")
-        figure = comparison_figure(result.runs)
+        figure = comparison_figure(result.all_runs)
         save_figure(figure, folder / "comparison.png")
         save_figure(figure, folder / "comparison.svg")
     show_claims(verdicts)
@@ -173,6 +173,34 @@ def survey(
         failed = [check for check in checks if check.deviation is None]
         typer.echo(f"{len(checks) - len(failed)} chains agree with the full model, {len(failed)} could not be loaded")
     typer.echo(f"written to {folder}: survey.md, survey.json and the figure")
+
+
+@app.command()
+def compare(
+    out: Annotated[Path, typer.Option(help="Folder for the results; made if it is not there.")] = Path(
+        "results/compare"
+    ),
+) -> None:
+    """Run all laws on the planar arm and on Panda and compare them."""
+    from .analysis.comparison import SCENARIOS, compare_laws
+    from .files import output_folder, write_text
+    from .views import comparison_report, save_figure, torque_figure
+    from .views.screen import progress_bar, show_laws
+
+    folder = output_folder(out)
+    summaries = {}
+    with progress_bar() as progress:
+        for name in SCENARIOS:
+            runs, summaries[name] = compare_laws(name, progress)
+            write_text(folder / "compare.json", _json({"scenarios": summaries}))
+            figure = torque_figure(runs, name)
+            save_figure(figure, folder / f"torques-{name}.png")
+            save_figure(figure, folder / f"torques-{name}.svg")
+        write_text(folder / "compare.md", comparison_report(summaries))
+    for name, summary in summaries.items():
+        typer.echo(name)
+        show_laws(summary)
+    typer.echo(f"written to {folder}: compare.md, compare.json and figures")
 
 
 @app.command()

@@ -24,7 +24,7 @@ from aspect_control.analysis.section4 import AGREES, DIFFERS, NOT_MEASURED, PART
 def reproduction():
     kept = {}
     result = paper.reproduce(1e-3, keep=kept.__setitem__, progress=lambda label, part: None)
-    assert kept == result.runs
+    assert kept == result.all_runs
     return result
 
 

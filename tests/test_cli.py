@@ -15,7 +15,7 @@ from aspect_control.analysis import trajectory_a as paper
 COMMAND = str(Path(sys.executable).with_name("aspect-control"))
 FILES = {
     *(f"{name}.{suffix}" for name in ("fig2", "fig3", "fig4", "comparison") for suffix in ("png", "svg")),
-    *(f"{law}.npz" for law in paper.LAWS),
+    *(f"{law}.npz" for law in (*paper.LAWS, paper.DEAD_BEAT)),
     "summary.json",
     "report.md",
 }
@@ -44,12 +44,12 @@ def test_reproduce_writes_everything_it_promises_and_nothing_else(results):
 def test_summary_is_strict_json_of_the_recorded_runs(results):
     folder, _ = results
     summary = json.loads((folder / "summary.json").read_text(), parse_constant=pytest.fail)["controllers"]
-    assert set(summary) == set(paper.LAWS)
+    assert set(summary) == {*paper.LAWS, paper.DEAD_BEAT}
     for law, values in summary.items():
         recorded = ac.Run.load(folder / f"{law}.npz")
         assert values["peak_torque"] == np.abs(recorded.tau).max(axis=0).tolist()
         assert len(recorded.t) == 2001
-        assert recorded.info.controller == law
+        assert recorded.info.controller == law.removesuffix("-dead-beat")
 
 
 def test_report_has_a_row_a_claim_and_the_limit_beside_the_paper(results):

@@ -217,7 +217,7 @@ def test_parameters_are_plain_numbers_and_lists(planar, law):
     Kp, Kv = gains(gain_dim(planar, law))
     for value in controllers.create(law, planar, kp=Kp, kv=np.diag(Kv)).parameters.values():
         leaves = np.ravel(np.array(value, dtype=object)).tolist()
-        assert {type(leaf) for leaf in leaves} == {float}
+        assert {type(leaf) for leaf in leaves} <= {float, str}
 
 
 def test_zero_gains_are_allowed(planar):
@@ -293,8 +293,9 @@ def test_task_may_have_one_coordinate(planar_path, law, axis):
 # The registry
 
 
-def test_registry_holds_the_four_laws():
-    assert controllers.available() == tuple(LAWS)
+def test_registry_holds_the_paper_s_laws():
+    assert set(LAWS) <= set(controllers.available())
+    assert controllers.available() == tuple(sorted(controllers.available()))
 
 
 @every_law
@@ -317,7 +318,7 @@ def test_unknown_law_names_the_nearest_and_lists_all(planar):
     with pytest.raises(ControllerNotFoundError, match="unknown controller 'jmcd': did you mean 'jmdc'") as caught:
         controllers.create("jmcd", planar)
     assert caught.value.name == "jmcd"
-    assert caught.value.available == tuple(LAWS)
+    assert caught.value.available == controllers.available()
     assert all(repr(law) in str(caught.value) for law in LAWS)
 
 

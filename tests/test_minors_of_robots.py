@@ -246,12 +246,12 @@ def test_jmdc_leaves_the_minors_on_the_border_out_until_the_next_reset():
     with pytest.warns(AspectBorderWarning):
         controller.reset(READY, np.zeros(7), DT)
     expected = np.delete(arm.minor_columns, arm.minors_on_border(READY), axis=0)
-    np.testing.assert_array_equal(controller.minor_columns, expected)
+    np.testing.assert_array_equal(controller.criterion.minor_columns, expected)
     controller.reset(REGULAR, np.zeros(7), DT)
-    np.testing.assert_array_equal(controller.minor_columns, arm.minor_columns)
+    np.testing.assert_array_equal(controller.criterion.minor_columns, arm.minor_columns)
     with pytest.warns(AspectBorderWarning):
         controller.reset(READY, np.zeros(7), DT)
-    assert len(controller.minor_columns) == 9
+    assert len(controller.criterion.minor_columns) == 9
     assert len(arm.minor_columns) == 19
 
 

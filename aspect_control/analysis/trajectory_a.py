@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from .limit import ContinuousLimit, continuous_limit
 
 LAWS = ("pseudoinverse", "null-space-vector", "modified-null-space-vector", "jmdc")
 """The laws that are compared, by registry name."""
+
+DEAD_BEAT = "modified-null-space-vector-dead-beat"
+"""What the run of the modified method without chatter is called, which the paper does not have."""
 
 FIGURES = {
     "fig2": ("Fig. 2", "null-space-vector"),
@@ -40,6 +43,7 @@ class Reproduction(NamedTuple):
     Attributes:
         dt: Sampling time, s.
         runs: The run of each law of `LAWS`.
+        dead_beat: The modified method with dead-beat switching.
         without_minor_measure: JMDC with κ = 0.
         refined: Null space vector runs at `SAMPLING_TIMES`.
         limit: The null space vector method in continuous time, to which `refined` converges.
@@ -47,9 +51,15 @@ class Reproduction(NamedTuple):
 
     dt: float
     runs: dict[str, Run]
+    dead_beat: Run
     without_minor_measure: Run
     refined: list[Run]
     limit: ContinuousLimit
+
+    @property
+    def all_runs(self) -> dict[str, Run]:
+        """The runs of the paper's laws and of the modified method without chatter, by label."""
+        return {**self.runs, DEAD_BEAT: self.dead_beat}
 
 
 def planar_arm() -> Arm:
@@ -57,7 +67,7 @@ def planar_arm() -> Arm:
     return Arm.from_urdf(model_path("planar3r.urdf"), frame="tool", task="xy", gravity=(0.0, 0.0, 0.0))
 
 
-def run_law(law: str, dt: float, progress: Callable[[float], None] | None = None, **parameters: float) -> Run:
+def run_law(law: str, dt: float, progress: Callable[[float], None] | None = None, **parameters: Any) -> Run:
     """Run one law on trajectory A.
 
     Args:
@@ -83,10 +93,10 @@ def reproduce(
         keep: Called with the name and the run of each law as soon as it is there.
         progress: Called with what is being done and the part of all work that is done, 0 to 1.
     """
-    total = 2.0 / dt * (len(LAWS) + 1) + sum(2.0 / finer for finer in SAMPLING_TIMES)
+    total = 2.0 / dt * (len(LAWS) + 2) + sum(2.0 / finer for finer in SAMPLING_TIMES)
     done = 0.0
 
-    def run(label: str, law: str, dt: float, **parameters: float) -> Run:
+    def run(label: str, law: str, dt: float, **parameters: Any) -> Run:
         nonlocal done
         samples = 2.0 / dt
         result = run_law(law, dt, lambda part: progress(label, (done + part * samples) / total), **parameters)
@@ -97,8 +107,10 @@ def reproduce(
     for law in LAWS:
         runs[law] = run(law, law, dt)
         keep(law, runs[law])
+    dead_beat = run(DEAD_BEAT, "modified-null-space-vector", dt, switching="dead-beat")
+    keep(DEAD_BEAT, dead_beat)
     without = run("jmdc with κ = 0", "jmdc", dt, kappa=0.0)
     refined = [run(f"null-space-vector at {finer:g} s", "null-space-vector", finer) for finer in SAMPLING_TIMES]
     progress("null-space-vector in continuous time", 1.0)
     limit = continuous_limit(controllers.NullSpaceVector(planar_arm()), TRAJECTORY, Q0)
-    return Reproduction(dt, runs, without, refined, limit)
+    return Reproduction(dt, runs, dead_beat, without, refined, limit)

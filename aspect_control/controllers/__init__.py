@@ -1,18 +1,29 @@
 """Torque laws: one a file, one abstract base, one registry."""
 
 from .base import Controller, TaskSpaceController
+from .criteria import CRITERIA, Criterion
+from .damped_null_space import DampedNullSpace
+from .inertia_weighted import InertiaWeighted
 from .jmdc import JMinorDynamicControl
 from .modified_null_space_vector import ModifiedNullSpaceVector
 from .null_space_vector import NullSpaceVector
+from .operational_space import OperationalSpace
 from .pseudoinverse import Pseudoinverse
 from .registry import available, create, describe_parameters, find, parameter_names
+from .resolved_motion import ResolvedMotion
 
 __all__ = [
+    "CRITERIA",
     "Controller",
+    "Criterion",
+    "DampedNullSpace",
+    "InertiaWeighted",
     "JMinorDynamicControl",
     "ModifiedNullSpaceVector",
     "NullSpaceVector",
+    "OperationalSpace",
     "Pseudoinverse",
+    "ResolvedMotion",
     "TaskSpaceController",
     "available",
     "create",

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from ..arm import ArmState
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arm import Arm, ArmState
+from ..exceptions import NotResetError, UnknownNameError
 from ..redundancy import (
     Array,
     homogeneous_acceleration,
@@ -13,6 +19,9 @@ from ..redundancy import (
 from ..trajectories import Target
 from .base import TaskSpaceController
 
+SWITCHINGS = ("hard", "dead-beat")
+"""How the null-space term may be switched."""
+
 
 class ModifiedNullSpaceVector(TaskSpaceController):
     """The null-space term switched by Maciejewski's condition, Eqs. (12)–(16) and Fig. 1.
@@ -20,12 +29,48 @@ class ModifiedNullSpaceVector(TaskSpaceController):
     τ = τ̃                            if θ̇_H·θ̈_H ≥ 0, Eq. (13)
     τ = τ̃ − M[M(I − J⁺J)]⁺τ̃         if θ̇_H·θ̈_H < 0, Eq. (14)
 
-    As printed, the law chatters once it has brought the self-motion to rest: θ̇_H then sits at zero and the sign of
-    θ̇_H·θ̈_H changes at almost every sample.
+    With `switching="hard"`, as printed, the law chatters once it has brought the self-motion to rest: θ̇_H then sits at
+    zero and the sign of θ̇_H·θ̈_H changes at almost every sample. With `switching="dead-beat"` the null-space term of
+    Eq. (14) is scaled by min(1, ‖θ̇_H‖² / (−θ̇_H·θ̈_H Δt)), so that one sample brakes the self-motion to rest at most
+    and never reverses it.
+
+    Attributes:
+        switching: `"hard"` or `"dead-beat"`.
     """
 
     name = "modified-null-space-vector"
     switches = True
+
+    def __init__(self, arm: Arm, *, kp: ArrayLike = 100.0, kv: ArrayLike = 20.0, switching: str = "hard") -> None:
+        """Set the arm, the task-space gains and the kind of switching.
+
+        Args:
+            arm: The arm; its task must leave at least one joint spare.
+            kp: Position gain K_p, 1/s²: a scalar, a vector of m entries or an (m, m) matrix.
+            kv: Velocity gain K_v, 1/s: a scalar, a vector of m entries or an (m, m) matrix.
+            switching: `"hard"`, the paper's, or `"dead-beat"`, which needs `reset` before the first torque.
+
+        Raises:
+            UnknownNameError: If there is no such switching.
+            NotRedundantError: If the task takes up every joint.
+            ShapeError: If a gain has the wrong shape.
+            NonFiniteError: If a gain is not finite.
+            ParameterError: If a gain is negative.
+        """
+        super().__init__(arm, kp=kp, kv=kv)
+        if switching not in SWITCHINGS:
+            raise UnknownNameError(switching, SWITCHINGS, kind="switching")
+        self.switching = switching
+        self._dt: float | None = None
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The law's parameters; see `Controller.parameters`."""
+        return {**super().parameters, "switching": self.switching}
+
+    def start(self, q: Array, v: Array, dt: float) -> None:
+        """Keep the sampling time."""
+        self._dt = dt
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m."""
@@ -35,4 +80,13 @@ class ModifiedNullSpaceVector(TaskSpaceController):
         tau_minimum = minimum_torque(M, nle, J, b)
         theta_dot_H = homogeneous_velocity(J, state.v)
         theta_ddot_H = homogeneous_acceleration(M, tau_minimum, tau_tilde)
-        return tau_tilde if theta_dot_H @ theta_ddot_H >= 0.0 else tau_minimum
+        product = theta_dot_H @ theta_ddot_H
+        if product >= 0.0:
+            return tau_tilde
+        if self.switching == "hard":
+            return tau_minimum
+        if self._dt is None:
+            raise NotResetError("dead-beat switching needs the sampling time: call reset(q, v, dt) before torque")
+        scale = np.minimum(1.0, theta_dot_H @ theta_dot_H / (-product * self._dt))
+        tau: Array = tau_tilde + scale * (tau_minimum - tau_tilde)
+        return tau

@@ -6,6 +6,7 @@ from .minors import (
     aspect_signature,
     border_tolerance,
     manipulability,
+    manipulability_gradient,
     minor_columns,
     minor_measure,
     minor_measure_gradient,
@@ -14,16 +15,25 @@ from .minors import (
 )
 from .pseudoinverse import null_space_basis, null_space_projector, pseudoinverse
 from .stability import homogeneous_acceleration, homogeneous_velocity
-from .torque import minimum_torque, pseudoinverse_torque, task_acceleration
+from .torque import (
+    dynamically_consistent_null_torque,
+    inertia_weighted_torque,
+    minimum_torque,
+    pseudoinverse_torque,
+    task_acceleration,
+)
 
 __all__ = [
     "MAX_MINORS",
     "Array",
     "aspect_signature",
     "border_tolerance",
+    "dynamically_consistent_null_torque",
     "homogeneous_acceleration",
     "homogeneous_velocity",
+    "inertia_weighted_torque",
     "manipulability",
+    "manipulability_gradient",
     "minimum_torque",
     "minor_columns",
     "minor_measure",

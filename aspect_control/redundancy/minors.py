@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .array import Array
+from .pseudoinverse import pseudoinverse
 
 MAX_MINORS = 20_000
 """The most minors that are computed at once: every one is an m × m determinant at every sample."""
@@ -149,6 +150,22 @@ def manipulability(J: Array) -> Array:
     """
     result: Array = np.linalg.svd(J, compute_uv=False).prod(axis=-1)
     return result
+
+
+def manipulability_gradient(J: Array, dJ: Array) -> Array:
+    """Return ∇w, the gradient of the manipulability of Eq. (25) with respect to the joint coordinates.
+
+    ∂w/∂q_k = w tr(J⁺ ∂J/∂q_k); zero where J has lost rank, where w has a cusp.
+
+    Args:
+        J: Jacobian, shape (m, n).
+        dJ: Its derivatives dJ[i, j, k] = ∂J[i, j] / ∂q_k, shape (m, n, n).
+
+    Returns:
+        ∇w, shape (n,), in the unit of w per rad (per m for a prismatic joint).
+    """
+    gradient: Array = manipulability(J) * np.einsum("ji,ijk->k", pseudoinverse(J), dJ)
+    return gradient
 
 
 def minor_measure(J: Array, columns: NDArray[np.intp] | None = None) -> Array:

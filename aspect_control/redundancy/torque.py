@@ -45,6 +45,39 @@ def minimum_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     return tau
 
 
+def inertia_weighted_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
+    """Return τ = Jᵀ(J M⁻¹Jᵀ)⁺b + N: the torque of the least θ̈ᵀMθ̈ that gives the task acceleration.
+
+    Args:
+        M: Joint-space inertia matrix, shape (n, n), kg m².
+        nle: Coriolis, centrifugal and gravity torques N, shape (n,), N m.
+        J: Jacobian, shape (m, n).
+        b: Task acceleration less its velocity part, ẍ − J̇θ̇, shape (m,).
+
+    Returns:
+        τ, shape (n,), N m.
+    """
+    A = eigenpy.LLT(M).solve(J.T).reshape(J.T.shape).T
+    tau: Array = J.T @ (pseudoinverse(A @ J.T) @ b) + nle
+    return tau
+
+
+def dynamically_consistent_null_torque(M: Array, J: Array, tau: Array) -> Array:
+    """Return (I − JᵀJ̄ᵀ)τ with J̄ = M⁻¹Jᵀ(J M⁻¹Jᵀ)⁺: the part of a torque that does not accelerate the task.
+
+    Args:
+        M: Joint-space inertia matrix, shape (n, n), kg m².
+        J: Jacobian, shape (m, n).
+        tau: Joint torque, shape (n,), N m.
+
+    Returns:
+        The null-space torque, shape (n,), N m.
+    """
+    A = eigenpy.LLT(M).solve(J.T).reshape(J.T.shape).T
+    null_torque: Array = tau - J.T @ (pseudoinverse(A @ J.T) @ (A @ tau))
+    return null_torque
+
+
 def task_acceleration(M: Array, nle: Array, J: Array, tau: Array) -> Array:
     """Return b = J M⁻¹(τ − N): the task acceleration, less J̇θ̇, that a torque brings about.
 

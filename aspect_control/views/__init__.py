@@ -1,5 +1,6 @@
 """Figures and reports. Importing this package loads matplotlib; importing `aspect_control` does not."""
 
+from .comparison import comparison_report, torque_figure
 from .figures import comparison_figure, run_figure, save_figure
 from .report import reproduction_report
 from .style import law_name, plain_text
@@ -7,6 +8,7 @@ from .survey import survey_figure, survey_report
 
 __all__ = [
     "comparison_figure",
+    "comparison_report",
     "law_name",
     "plain_text",
     "reproduction_report",
@@ -14,4 +16,5 @@ __all__ = [
     "save_figure",
     "survey_figure",
     "survey_report",
+    "torque_figure",
 ]

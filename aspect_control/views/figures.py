@@ -77,7 +77,7 @@ def comparison_figure(runs: Mapping[str, Run], title: str = "") -> Any:
         plane = drawing_plane(runs.values())
         for axes, (label, run) in zip(motions, runs.items(), strict=True):
             time_colour = draw_arm_motion(axes, run, plane, _end(runs.values()))
-            axes.set_title(law_name(label))
+            axes.set_title(law_name(label), fontsize=11.0 if len(runs) <= 4 else 9.0)
             axes.label_outer()
             if axes.get_legend() is not None:
                 axes.get_legend().remove()

@@ -18,6 +18,7 @@ LAW_NAMES = {
     "pseudoinverse": "pseudoinverse",
     "null-space-vector": "null space vector",
     "modified-null-space-vector": "modified null space vector",
+    "modified-null-space-vector-dead-beat": "modified, dead-beat",
     "jmdc": "JMDC",
 }
 """How the laws are called in figures; other laws go by their registry names."""

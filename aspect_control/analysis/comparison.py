@@ -1,0 +1,64 @@
+"""All laws of the package on the same motions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..resources import scenario_paths
+from ..scenario import Scenario, load_scenario
+from ..simulation import Run
+from .metrics import summarize
+
+SCENARIOS = ("planar3r", "panda-xyz")
+"""The shipped scenarios on which the laws are compared."""
+
+VARIANTS: dict[str, dict[str, Any]] = {
+    "pseudoinverse": {"name": "pseudoinverse"},
+    "null-space-vector": {"name": "null-space-vector"},
+    "modified-hard": {"name": "modified-null-space-vector"},
+    "modified-dead-beat": {"name": "modified-null-space-vector", "switching": "dead-beat"},
+    "jmdc": {"name": "jmdc"},
+    "resolved-motion": {"name": "resolved-motion"},
+    "damped-null-space": {"name": "damped-null-space"},
+    "inertia-weighted": {"name": "inertia-weighted"},
+    "operational-space": {"name": "operational-space"},
+    "qp": {"name": "qp"},
+    "qp-maciejewski": {"name": "qp", "stability": "maciejewski"},
+    "qp-dead-beat": {"name": "qp", "stability": "dead-beat"},
+}
+"""The laws and their variants by label, each with the keys of its table in a scenario."""
+
+
+def compare_laws(
+    scenario: str, progress: Callable[[str, float], None]
+) -> tuple[dict[str, Run], dict[str, dict[str, Any]]]:
+    """Run every variant on a shipped scenario.
+
+    Args:
+        scenario: Name of the scenario.
+        progress: Called with what is being done and the part of the work that is done, 0 to 1.
+
+    Returns:
+        The runs, and their summaries with the largest energy of the self-motion, by label.
+    """
+    described = with_variants(load_scenario(scenario_paths()[scenario]))
+    runs = described.run(lambda label, part: progress(f"{scenario}: {label}", part))
+    return runs, {
+        label: {**summarize(run), "self_motion_energy_max": self_motion_energy(run)} for label, run in runs.items()
+    }
+
+
+def with_variants(scenario: Scenario) -> Scenario:
+    """Return a scenario with all variants as its laws."""
+    laws = [{"label": label, **table} for label, table in VARIANTS.items()]
+    return Scenario.model_validate({**dict(scenario), "controllers": laws})
+
+
+def self_motion_energy(run: Run) -> float:
+    """Return the largest kinetic energy of the self-motion, ½ θ̇_Hᵀ M θ̇_H, J."""
+    M = np.array([run.arm.state(q, v).M for q, v in zip(run.q, run.v, strict=True)])
+    velocity = run.homogeneous_velocity
+    return float(np.einsum("ki,kij,kj->k", velocity, M, velocity).max() / 2.0)

@@ -1,0 +1,104 @@
+"""Resolved motion with computed torque: redundancy is resolved in velocities, and the torque follows."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arm import Arm, ArmState
+from ..checks import non_negative
+from ..exceptions import NotResetError, UnknownNameError
+from ..redundancy import Array, pseudoinverse
+from ..trajectories import Target
+from .base import Controller
+from .criteria import CRITERIA
+
+
+class ResolvedMotion(Controller):
+    """Eq. (2) with the computed torque of Eq. (21).
+
+    θ̇_d^{i+1} = J⁺ẋ_d^i + κ(I − J⁺J)∇H                       Eqs. (2), (17)
+    θ_d^{i+1} = θ_d^i + θ̇_d^i Δt                              Eq. (19)
+    θ̈_d^i = (θ̇_d^i − θ̇_d^{i−1}) / Δt                         Eq. (20)
+    τ = M{θ̈_d + K_v(θ̇_d − θ̇) + K_p(θ_d − θ)} + N             Eq. (21)
+
+    with θ_d^0 = θ^0 and θ̇_d^0 = θ̇^0, the measured start. The law has memory: every call of `torque` is one sample.
+    The target's position and acceleration are not used: the task is tracked in velocity, as printed.
+
+    The method of A. Liégeois, "Automatic supervisory control of the configuration and behavior of multibody
+    mechanisms", IEEE Transactions on Systems, Man, and Cybernetics 7 (1977), with the computed torque of the paper.
+
+    Attributes:
+        kappa: κ, the weight of the criterion.
+        criterion: The criterion H; None for κ = 0, where none is needed.
+    """
+
+    name = "resolved-motion"
+
+    def __init__(
+        self,
+        arm: Arm,
+        *,
+        kp: ArrayLike = 100.0,
+        kv: ArrayLike = 20.0,
+        kappa: float = 0.001,
+        criterion: str = "manipulability",
+    ) -> None:
+        """Set the arm, the joint-space gains and the criterion.
+
+        Args:
+            arm: The arm; its task must leave at least one joint spare.
+            kp: Position gain K_p, 1/s²: a scalar, a vector of n entries or an (n, n) matrix.
+            kv: Velocity gain K_v, 1/s: a scalar, a vector of n entries or an (n, n) matrix.
+            kappa: κ, rad² per s and unit of H; 0 leaves the criterion out.
+            criterion: Name of H: `"manipulability"` or `"minor-measure"`; it is increased.
+
+        Raises:
+            UnknownNameError: If there is no such criterion.
+            NotRedundantError: If the task takes up every joint.
+            ShapeError: If a gain has the wrong shape.
+            NonFiniteError: If a gain is not finite.
+            ParameterError: If a gain or κ is negative.
+            TooManyMinorsError: If the criterion needs more minors than can be handled.
+        """
+        super().__init__(arm, arm.nv, kp, kv)
+        if criterion not in CRITERIA:
+            raise UnknownNameError(criterion, CRITERIA, kind="criterion")
+        self.kappa = non_negative("kappa", kappa)
+        self.criterion = CRITERIA[criterion](arm) if self.kappa > 0.0 else None
+        self._criterion_name = criterion
+        self._dt: float | None = None
+        self._q_d = self._v_d = self._v_d_before = np.zeros(0)
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The law's parameters; see `Controller.parameters`."""
+        return {**super().parameters, "kappa": self.kappa, "criterion": self._criterion_name}
+
+    def start(self, q: Array, v: Array, dt: float) -> None:
+        """Set θ_d^0 = θ^0 and θ̇_d^0 = θ̇^0."""
+        self._dt = dt
+        self._q_d, self._v_d, self._v_d_before = q, v, v
+        if self.criterion is not None:
+            self.criterion.start(q)
+
+    def command(self, state: ArmState, target: Target) -> Array:
+        """Return τ, shape (nv,), N m, and move the commanded joint motion on by one sample."""
+        if self._dt is None:
+            raise NotResetError(f"{self.name} has memory: call reset(q, v, dt) before the first torque(q, v, target)")
+        a_d = (self._v_d - self._v_d_before) / self._dt
+        position_error = self.arm.difference(state.q, self._q_d)
+        tau: Array = state.M @ (a_d + self.kv @ (self._v_d - state.v) + self.kp @ position_error) + state.nle
+        self._q_d = self.arm.integrate(self._q_d, self._v_d * self._dt)
+        self._v_d_before, self._v_d = self._v_d, self._resolved_velocity(state, target)
+        return tau
+
+    def _resolved_velocity(self, state: ArmState, target: Target) -> Array:
+        J, J_pinv = state.J, pseudoinverse(state.J)
+        velocity: Array = J_pinv @ target.dx
+        if self.criterion is not None:
+            gradient = self.criterion.gradient(state)
+            velocity += self.kappa * (gradient - J_pinv @ (J @ gradient))
+        return velocity

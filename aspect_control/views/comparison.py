@@ -1,0 +1,101 @@
+"""The comparison of all laws as Markdown and as figures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from ..simulation import Run
+from .panels import draw_torques
+from .report import markdown_table
+from .style import plain_text, style
+
+COLUMNS = 3
+"""Panels that a row of the figure of torques holds."""
+
+
+def comparison_report(summaries: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str:
+    """Return a table a scenario as Markdown.
+
+    Args:
+        summaries: Summaries of runs by the labels of their laws, by scenario.
+    """
+    lines = ["# All laws on the same motions", ""]
+    for scenario, runs in summaries.items():
+        lines += [
+            f"## {scenario}",
+            "",
+            *markdown_table(
+                (
+                    "law",
+                    "ended",
+                    "peak torque (N m)",
+                    "∫‖τ‖²dt (N² m² s)",
+                    "total variation of τ (N m)",
+                    "self-motion energy (J)",
+                    "aspect",
+                    "tracking error (mm)",
+                ),
+                [_cells(label, summary) for label, summary in runs.items()],
+            ),
+            "",
+            f"![joint torques of each law on {scenario}](torques-{scenario}.png)",
+            "",
+        ]
+    return "\n".join(lines)
+
+
+def torque_figure(runs: Mapping[str, Run], title: str) -> Any:
+    """Draw the joint torques of each run, those of calm runs on one scale.
+
+    Args:
+        runs: Runs by the labels of their laws.
+        title: Heading of the figure.
+
+    Returns:
+        A `matplotlib.figure.Figure`; a panel whose torques pass three times the median peak has a scale of its own.
+    """
+    from matplotlib.figure import Figure
+
+    peaks = sorted(float(abs(run.tau).max()) for run in runs.values())
+    common = 3.0 * peaks[len(peaks) // 2]
+    rows = math.ceil(len(runs) / COLUMNS)
+    with style():
+        figure: Any = Figure(figsize=(4.0 * COLUMNS, 0.8 + 2.4 * rows), layout="constrained")
+        panels = figure.subplots(rows, COLUMNS, sharex=True, squeeze=False)
+        calm = [run for run in runs.values() if abs(run.tau).max() <= common]
+        limit = 1.05 * max((float(abs(run.tau).max()) for run in calm), default=common)
+        for axes, (label, run) in zip(panels.flat, runs.items(), strict=False):
+            draw_torques(axes, run)
+            handles = axes.get_legend_handles_labels()
+            axes.get_legend().remove()
+            exploded = abs(run.tau).max() > common
+            axes.set_title(plain_text(label) + (" (scale of its own)" if exploded else ""))
+            if not exploded:
+                axes.set_ylim(-limit, limit)
+            axes.label_outer(remove_inner_ticks=False)
+            axes.yaxis.set_tick_params(labelleft=True)
+        for axes in list(panels.flat)[len(runs) :]:
+            axes.set_visible(False)
+        figure.legend(*handles, loc="outside upper center", ncols=7)
+        figure.suptitle(plain_text(title))
+        return figure
+
+
+def _cells(label: str, summary: Mapping[str, Any]) -> tuple[str, ...]:
+    changes = len(summary["minor_zero_crossings"])
+    return (
+        label,
+        summary["status"],
+        _number(max(summary["peak_torque"])),
+        _number(summary["torque_squared_integral"]),
+        _number(sum(summary["torque_total_variation"])),
+        f"{summary['self_motion_energy_max']:.2g}",
+        "kept" if summary["aspect_preserved"] else f"left, {changes} sign changes",
+        f"{1e3 * summary['max_tracking_error']:.2g}",
+    )
+
+
+def _number(value: float) -> str:
+    return f"{value:,.1f}" if value < 1e6 else f"{value:.2g}"

@@ -225,7 +225,7 @@ def list_controllers() -> None:
     show_table(
         ("law", "parameters", "what it is"),
         [
-            (name, controllers.describe_parameters(law), (law.__doc__ or "").strip().splitlines()[0])
+            (name, controllers.describe_parameters(law), next(iter((law.__doc__ or "").strip().splitlines()), ""))
             for name in controllers.available()
             for law in [controllers.find(name)]
         ],

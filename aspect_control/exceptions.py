@@ -38,6 +38,10 @@ class AspectBorderWarning(UserWarning):
     """A motion starts on the border of an aspect."""
 
 
+class ControllerLoadError(AspectControlError):
+    """An installed law cannot be imported."""
+
+
 class NotResetError(AspectControlError):
     """A law with memory was asked for a torque before `reset(q, v, dt)`."""
 

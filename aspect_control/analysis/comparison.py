@@ -20,6 +20,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "null-space-vector": {"name": "null-space-vector"},
     "modified-hard": {"name": "modified-null-space-vector"},
     "modified-dead-beat": {"name": "modified-null-space-vector", "switching": "dead-beat"},
+    "modified-brake": {"name": "modified-null-space-vector", "switching": "brake"},
     "jmdc": {"name": "jmdc"},
     "resolved-motion": {"name": "resolved-motion"},
     "damped-null-space": {"name": "damped-null-space"},

@@ -19,7 +19,7 @@ from ..redundancy import (
 from ..trajectories import Target
 from .base import TaskSpaceController
 
-SWITCHINGS = ("hard", "dead-beat")
+SWITCHINGS = ("hard", "dead-beat", "brake")
 """How the null-space term may be switched."""
 
 
@@ -31,11 +31,13 @@ class ModifiedNullSpaceVector(TaskSpaceController):
 
     With `switching="hard"`, as printed, the law chatters once it has brought the self-motion to rest: θ̇_H then sits at
     zero and the sign of θ̇_H·θ̈_H changes at almost every sample. With `switching="dead-beat"` the null-space term of
-    Eq. (14) is scaled by min(1, ‖θ̇_H‖² / (−θ̇_H·θ̈_H Δt)), so that one sample brakes the self-motion to rest at most
-    and never reverses it.
+    Eq. (14) is scaled by min(1, ‖θ̇_H‖² / (−θ̇_H·θ̈_H Δt)), so that, with one joint to spare, one sample brakes the
+    self-motion to rest at most and never reverses it. With several joints to spare most of θ̈_H may point across θ̇_H,
+    where that scale does not bound it and it starts another self-motion; `switching="brake"` leaves that part out and
+    applies only max(θ̇_H·θ̈_H / ‖θ̇_H‖², −1/Δt) θ̇_H. For one joint to spare the two are the same.
 
     Attributes:
-        switching: `"hard"` or `"dead-beat"`.
+        switching: `"hard"`, `"dead-beat"` or `"brake"`.
     """
 
     name = "modified-null-space-vector"
@@ -48,7 +50,7 @@ class ModifiedNullSpaceVector(TaskSpaceController):
             arm: The arm; its task must leave at least one joint spare.
             kp: Position gain K_p, 1/s²: a scalar, a vector of m entries or an (m, m) matrix.
             kv: Velocity gain K_v, 1/s: a scalar, a vector of m entries or an (m, m) matrix.
-            switching: `"hard"`, the paper's, or `"dead-beat"`, which needs `reset` before the first torque.
+            switching: `"hard"`, the paper's, or `"dead-beat"` or `"brake"`, which need `reset` before the first torque.
 
         Raises:
             UnknownNameError: If there is no such switching.
@@ -74,19 +76,32 @@ class ModifiedNullSpaceVector(TaskSpaceController):
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m."""
+        dt = self._sampling_time()
         M, nle, J = state.M, state.nle, state.J
         b = self.commanded_acceleration(state, target)
         tau_tilde = pseudoinverse_torque(M, nle, J, b)
         tau_minimum = minimum_torque(M, nle, J, b)
         theta_dot_H = homogeneous_velocity(J, state.v)
         theta_ddot_H = homogeneous_acceleration(M, tau_minimum, tau_tilde)
-        product = theta_dot_H @ theta_ddot_H
-        if product >= 0.0:
+        product, speed_squared = theta_dot_H @ theta_ddot_H, theta_dot_H @ theta_dot_H
+        if product >= 0.0 or speed_squared == 0.0:
             return tau_tilde
         if self.switching == "hard":
             return tau_minimum
-        if self._dt is None:
-            raise NotResetError("dead-beat switching needs the sampling time: call reset(q, v, dt) before torque")
-        scale = np.minimum(1.0, theta_dot_H @ theta_dot_H / (-product * self._dt))
-        tau: Array = tau_tilde + scale * (tau_minimum - tau_tilde)
+        tau: Array
+        if self.switching == "dead-beat":
+            scale = np.minimum(1.0, speed_squared / (-product * dt))
+            tau = tau_tilde + scale * (tau_minimum - tau_tilde)
+        else:
+            rate = np.maximum(product / speed_squared, -1.0 / dt)
+            tau = tau_tilde + rate * (M @ theta_dot_H)
         return tau
+
+    def _sampling_time(self) -> float:
+        if self._dt is not None:
+            return self._dt
+        if self.switching == "hard":
+            return np.inf
+        raise NotResetError(
+            f"{self.switching} switching needs the sampling time: call reset(q, v, dt) before the first torque"
+        )

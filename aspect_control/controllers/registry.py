@@ -7,7 +7,7 @@ from importlib.metadata import entry_points
 from typing import Any
 
 from ..arm import Arm
-from ..exceptions import ControllerNotFoundError, UnknownNameError
+from ..exceptions import ControllerLoadError, ControllerNotFoundError, UnknownNameError
 from .base import Controller
 
 ENTRY_POINT_GROUP = "aspect_control.controllers"
@@ -27,11 +27,17 @@ def find(name: str) -> type[Controller]:
 
     Raises:
         ControllerNotFoundError: If there is none of that name; the message lists those that exist.
+        ControllerLoadError: If it cannot be imported.
     """
     matches = entry_points(group=ENTRY_POINT_GROUP, name=name)
     if not matches:
         raise ControllerNotFoundError(name, available())
-    law: type[Controller] = next(iter(matches)).load()
+    entry_point = next(iter(matches))
+    try:
+        law: type[Controller] = entry_point.load()
+    except Exception as error:
+        # Somebody else's package can fail to import in any way.
+        raise ControllerLoadError(f"the law {name!r} of {entry_point.value} cannot be loaded: {error}") from error
     return law
 
 

@@ -64,7 +64,7 @@ class ResolvedMotion(Controller):
             TooManyMinorsError: If the criterion needs more minors than can be handled.
         """
         super().__init__(arm, arm.nv, kp, kv)
-        if criterion not in CRITERIA:
+        if criterion not in tuple(CRITERIA):
             raise UnknownNameError(criterion, CRITERIA, kind="criterion")
         self.kappa = non_negative("kappa", kappa)
         self.criterion = CRITERIA[criterion](arm) if self.kappa > 0.0 else None

@@ -78,7 +78,7 @@ def torque_figure(runs: Mapping[str, Run], title: str) -> Any:
             axes.yaxis.set_tick_params(labelleft=True)
         for axes in list(panels.flat)[len(runs) :]:
             axes.set_visible(False)
-        figure.legend(*handles, loc="outside upper center", ncols=7)
+        figure.legend(*handles, loc="outside lower center", ncols=7)
         figure.suptitle(plain_text(title))
         return figure
 

@@ -1,0 +1,327 @@
+"""Least torque as a quadratic program, with limits and with stability as a constraint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import eigenpy
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from ..arm import Arm, ArmState
+from ..checks import positive
+from ..exceptions import NotResetError, ShapeError, UnknownNameError
+from ..redundancy import Array
+from ..redundancy.pseudoinverse import RANK_TOLERANCE
+from ..trajectories import Target
+from .base import TaskSpaceController
+from .qp_limits import JointLimits
+from .qp_solver import Program, find_solver
+
+if TYPE_CHECKING:
+    import qpsolvers
+
+STABILITIES = ("none", "maciejewski", "dead-beat")
+"""What may be asked of the self-motion."""
+
+SCALE_WEIGHT = 1e4
+"""How much more the task counts than the torque, when it must be scaled back; see `QPTorque`."""
+
+_AT_REST = 1e-12
+"""Part of the joint speed below which self-motion is rounding."""
+
+
+@dataclass(frozen=True, slots=True)
+class QPStatus:
+    """How the torque of one tick came about.
+
+    Attributes:
+        outcome: `"optimal"`: least torque, the task kept; `"scaled"`: least torque with the task acceleration scaled
+            back; `"braking"`: no solution, the joints are braked.
+        task_scale: s, the part of the task acceleration b that is kept, 0 to 1; 0 when braking.
+        message: The solver's own words; when braking, why.
+        iterations: Iterations of the solver, all its calls together, if it tells.
+    """
+
+    outcome: str
+    task_scale: float
+    message: str
+    iterations: int | None
+
+
+class _Rows(NamedTuple):
+    """Limits on the torques of the tasks s b: lower ≤ A η + s g ≤ upper."""
+
+    A: Array
+    g: Array
+    lower: Array
+    upper: Array
+
+    def unit(self) -> _Rows:
+        """Return the same limits with rows of A of length 1, those aside that are as good as zero."""
+        length = np.linalg.norm(self.A, axis=1)
+        factor = 1.0 / np.maximum(length, 1e-3 * length.max()) if length.any() else np.ones(len(length))
+        return _Rows(self.A * factor[:, None], self.g * factor, self.lower * factor, self.upper * factor)
+
+    @staticmethod
+    def stack(rows: list[_Rows], columns: int) -> _Rows:
+        """Return all rows as one."""
+        empty = _Rows(np.zeros((0, columns)), *np.zeros((3, 0)))
+        return _Rows(*(np.concatenate(parts) for parts in zip(empty, *rows, strict=True)))
+
+
+class _Torques(NamedTuple):
+    """The torques of the tasks s b: τ = Q η + s c + d with Qᵀc = Qᵀd = 0, and the limits on them."""
+
+    Q: Array
+    c: Array
+    d: Array
+    rows: _Rows
+
+    @property
+    def scale_unit(self) -> float:
+        """What s is multiplied by to stand beside η in the rows, N m."""
+        return max(1.0, float(np.abs(self.rows.g).max(initial=0.0)))
+
+    def task_kept(self) -> Program:
+        """Minimise ½‖η‖² at s = 1."""
+        A, g, lower, upper = self.rows
+        r = A.shape[1]
+        return Program(np.ones(r), np.zeros(r), A, lower - g, upper - g)
+
+    def task_scaled(self) -> Program:
+        """Minimise ½‖η‖² − w σ over η and σ, which is s in N m."""
+        A, g, lower, upper = self.rows
+        r, unit = A.shape[1], self.scale_unit
+        wide = np.block([[A, g[:, None] / unit], [np.zeros(r), 1.0]])
+        finite = np.abs(np.concatenate((lower, upper)))
+        weight = SCALE_WEIGHT * max(1.0, float(finite[np.isfinite(finite)].max(initial=0.0)))
+        return Program(
+            np.append(np.ones(r), 1e-3),
+            np.append(np.zeros(r), -weight),
+            wide,
+            np.append(lower, 0.0),
+            np.append(upper, unit),
+        )
+
+    def solution(self, x: Array) -> tuple[Array, float]:
+        """Return τ and s of a solution of one of the two."""
+        r = self.Q.shape[1]
+        s = 1.0 if len(x) == r else min(max(float(x[r]) / self.scale_unit, 0.0), 1.0)
+        if s > 1.0 - 1e-9:
+            s = 1.0
+        return self.Q @ x[:r] + s * self.c + self.d, s
+
+
+class QPTorque(TaskSpaceController):
+    """Least torque, Eq. (8), as a quadratic program with limits.
+
+    With Z an orthonormal basis of the null space of J (n, r = n − m), every joint acceleration that gives the part s
+    of the commanded task acceleration b is θ̈ = s J⁺b + Z z, and τ = M θ̈ + N. Eq. (8) is
+
+    minimise ½‖τ‖² = ½‖M Z z + τ̃‖² over z
+
+    By the factorisation M Z = Q R the unknown becomes η = Qᵀτ, the part of the torque that the task leaves open:
+    τ = Q η + (I − QQᵀ)(s M J⁺b + N), θ̈ = M⁻¹(τ − N), and the program is as well conditioned as can be:
+
+    minimise ½‖η‖²    subject to   |τ| ≤ τ_max,   θ̈ within its bounds,   θ̇_H·θ̈_H ≤ 0
+
+    Without a limit in the way its solution is η = 0, which is Eq. (11). The bounds of θ̈ come from the limits of
+    speed, position and acceleration; see `JointLimits.acceleration_interval`.
+
+    At every sample:
+
+    1. The program is solved with s = 1: outcome `"optimal"`.
+    2. If it has no solution: maximise s in [0, 1], and among the torques of that s take the least; both at once, by
+       the linear cost −w s with a large w, which is exact: outcome `"scaled"`.
+    3. If that fails as well: each joint is decelerated by θ̈ = −θ̇/T, moved into the bounds of θ̈, and of that motion's
+       torque M θ̈ + N the nearest within the torque limits is applied: outcome `"braking"`. The task is given up.
+
+    A solution is used only if it satisfies the limits and the optimality conditions of this sample's program to
+    `TOLERANCE`, whatever the solver says of it. No failure of a solver leaves `torque` as an exception.
+
+    `stability` asks of the self-motion, with θ̈_H = Z z the acceleration added to the minimum-norm one:
+
+    - `"maciejewski"`: θ̇_H·θ̈_H ≤ 0, Eq. (12) as a half-space. For r = 1 this is the modified method, Eqs. (13), (14).
+    - `"dead-beat"`: −‖θ̇_H‖²/Δt ≤ θ̇_H·θ̈_H as well, so that one sample does not reverse the self-motion.
+
+    Without self-motion, θ̇_H = 0, Eq. (12) says nothing. The half-space then faces the free null-space torque, so that
+    no self-motion is started for its sake: Eq. (13).
+
+    Attributes:
+        solver: Name of the solver.
+        limits: The limits.
+        horizon: T, s.
+        stability: What is asked of the self-motion.
+        status: How the last torque came about; None before the first.
+    """
+
+    name = "qp"
+
+    def __init__(
+        self,
+        arm: Arm,
+        *,
+        kp: ArrayLike = 100.0,
+        kv: ArrayLike = 20.0,
+        solver: str = "osqp",
+        torque_limit: ArrayLike | str | None = None,
+        speed_limit: ArrayLike | str | None = None,
+        position_limit: Any = None,
+        acceleration_limit: ArrayLike | str | None = None,
+        horizon: float = 0.1,
+        stability: str = "none",
+    ) -> None:
+        """Set the arm, the task-space gains, the limits and the solver.
+
+        Args:
+            arm: The arm; its task must leave at least one joint spare.
+            kp: Position gain K_p, 1/s²: a scalar, a vector of m entries or an (m, m) matrix.
+            kv: Velocity gain K_v, 1/s: a scalar, a vector of m entries or an (m, m) matrix.
+            solver: A name of `qpsolvers.available_solvers`.
+            torque_limit: Largest |τ|: None, `"urdf"`, a number or one a joint, N m.
+            speed_limit: Largest |θ̇|: None, `"urdf"`, a number or one a joint, rad/s.
+            position_limit: None, `"urdf"`, or a pair (lower, upper), each a number or one a joint, rad.
+            acceleration_limit: Largest |θ̈|: None, a number or one a joint, rad/s².
+            horizon: T, time in which a joint is braked, or led along its position limit, s. Also stands for Δt in the
+                speed limit if `reset` was not called.
+            stability: `"none"`, `"maciejewski"` or `"dead-beat"`.
+
+        Raises:
+            NotRedundantError: If the task takes up every joint.
+            UnknownNameError: If the solver is not installed or `stability` is unknown; the message lists what exists.
+            ShapeError: If a gain or a limit has the wrong shape.
+            NonFiniteError: If a gain or a limit is not finite.
+            ParameterError: If a gain is negative, a limit or the horizon not above zero, a lower limit not below the
+                upper, or the URDF has no such limit.
+        """
+        super().__init__(arm, kp=kp, kv=kv)
+        self.limits = JointLimits(arm, torque_limit, speed_limit, position_limit, acceleration_limit)
+        self.horizon = positive("horizon", horizon, "s")
+        if stability not in STABILITIES:
+            raise UnknownNameError(stability, STABILITIES, kind="stability")
+        self.stability = stability
+        self._solver = find_solver(solver)
+        self.solver = solver
+        self.status: QPStatus | None = None
+        self._dt: float | None = None
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The law's parameters; see `Controller.parameters`."""
+        return {
+            **super().parameters,
+            "solver": self.solver,
+            **self.limits.parameters,
+            "horizon": self.horizon,
+            "stability": self.stability,
+        }
+
+    def start(self, q: Array, v: Array, dt: float) -> None:
+        """Set Δt and forget the last motion."""
+        self._dt = dt
+        self.status = None
+        self._solver.forget()
+
+    def problem(self, q: ArrayLike, v: ArrayLike, target: Target) -> qpsolvers.Problem:
+        """Return the quadratic program of a sample as it would be solved with the task kept, s = 1.
+
+        Its unknown is η = Qᵀτ, shape (r,), N m: P = I, q = 0, and G η ≤ h holds the limits.
+
+        Args:
+            q: Measured joint configuration, shape (nq,), rad.
+            v: Measured joint velocity, shape (nv,), rad/s.
+            target: What the task is to do now.
+
+        Raises:
+            ShapeError: If q, v or the target has the wrong shape.
+            NonFiniteError: If q or v is not finite.
+            NotResetError: If `stability` is `"dead-beat"` and `reset` was not called.
+        """
+        if (
+            target.dx.shape != (self.arm.task_dim,)
+            or isinstance(target.x, pin.SE3) != self.arm.coordinates.has_rotation
+        ):
+            raise ShapeError(f"the target must be one for the task {self.arm.task}, got {target!r}")
+        state = self.arm.state(q, v)
+        return self._torques(state, target).task_kept().problem()
+
+    def command(self, state: ArmState, target: Target) -> Array:
+        """Return τ, shape (nv,), N m, and set `status`."""
+        torques = self._torques(state, target)
+        objections, iterations = [], 0
+        for program in (torques.task_kept(), torques.task_scaled()):
+            try:
+                answer = self._solver.solve(program)
+                objection = answer.objection(program)
+            except Exception as error:
+                objections.append(f"{self.solver}: {type(error).__name__}: {error}")
+                continue
+            iterations += answer.iterations or 0
+            if objection or answer.x is None:
+                objections.append(objection)
+                continue
+            tau, scale = torques.solution(answer.x)
+            known = iterations if answer.iterations is not None else None
+            self.status = QPStatus("optimal" if scale == 1.0 else "scaled", scale, answer.message, known)
+            return self._within_torque_limit(tau)
+        message = "no torque within the limits: " + "; ".join(objections)
+        self.status = QPStatus("braking", 0.0, message, iterations or None)
+        return self._within_torque_limit(self._braking_torque(state))
+
+    def _torques(self, state: ArmState, target: Target) -> _Torques:
+        """Return the torques of the tasks s b and the limits in terms of them."""
+        M, nle, J, v = state.M, state.nle, state.J, state.v
+        m, n = J.shape
+        U, singular_values, Vt = np.linalg.svd(J)
+        kept = singular_values > RANK_TOLERANCE * singular_values[0]
+        b = self.commanded_acceleration(state, target)
+        J_pinv_b = Vt[:m][kept].T @ ((U.T @ b)[kept] / singular_values[kept])
+        Z = Vt[m:].T
+        Q = np.linalg.qr(M @ Z)[0]
+        c_tilde = M @ J_pinv_b
+        c, d = c_tilde - Q @ (Q.T @ c_tilde), nle - Q @ (Q.T @ nle)
+        solve_M = eigenpy.LLT(M).solve
+        M_inv_Q = solve_M(Q).reshape(Q.shape)
+        rows: list[_Rows] = []
+        if self.limits.torque is not None:
+            rows.append(_Rows(Q, c, -self.limits.torque - d, self.limits.torque - d))
+        if self.limits.bound_acceleration:
+            free = solve_M(d - nle)
+            slowest, fastest = self._acceleration_interval(state)
+            rows.append(_Rows(M_inv_Q, solve_M(c), slowest - free, fastest - free).unit())
+        if self.stability != "none":
+            rows.append(self._stability_row(Z, v, Q, M_inv_Q, c_tilde, nle))
+        return _Torques(Q, c, d, _Rows.stack(rows, n - m))
+
+    def _stability_row(self, Z: Array, v: Array, Q: Array, M_inv_Q: Array, c_tilde: Array, nle: Array) -> _Rows:
+        """Return θ̇_H·θ̈_H ≤ 0 with θ̈_H = M⁻¹Q (η − Qᵀτ̃), τ̃ = s M J⁺b + N."""
+        if self.stability == "dead-beat" and self._dt is None:
+            raise NotResetError(
+                'qp with stability = "dead-beat" needs Δt: call reset(q, v, dt) before the first torque'
+            )
+        theta_dot_H = Z @ (Z.T @ v)
+        speed = float(np.linalg.norm(theta_dot_H))
+        row = M_inv_Q.T @ theta_dot_H
+        if speed <= _AT_REST * (1.0 + float(np.linalg.norm(v))):
+            row, speed = -(Q.T @ (c_tilde + nle)), 0.0
+        origin = float(row @ (Q.T @ nle))
+        lower = -np.inf if self._dt is None or self.stability == "maciejewski" else origin - speed**2 / self._dt
+        g = -float(row @ (Q.T @ c_tilde))
+        return _Rows(row[None], np.array([g]), np.array([lower]), np.array([origin])).unit()
+
+    def _acceleration_interval(self, state: ArmState) -> tuple[Array, Array]:
+        dt = self._dt if self._dt is not None else self.horizon
+        return self.limits.acceleration_interval(self.arm.positions(state.q), state.v, self.horizon, dt)
+
+    def _braking_torque(self, state: ArmState) -> Array:
+        """Return M θ̈ + N with θ̈ = −θ̇/T moved into the bounds of θ̈."""
+        theta_ddot = np.clip(-state.v / self.horizon, *self._acceleration_interval(state))
+        tau: Array = state.M @ theta_ddot + state.nle
+        return tau
+
+    def _within_torque_limit(self, tau: Array) -> Array:
+        limit = self.limits.torque
+        return tau if limit is None else np.clip(tau, -limit, limit)

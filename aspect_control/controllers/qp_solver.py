@@ -1,0 +1,291 @@
+"""Solvers of small dense quadratic programs: OSQP in a kept workspace, any other through qpsolvers."""
+
+from __future__ import annotations
+
+import warnings
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ..exceptions import UnknownNameError
+from ..redundancy import Array
+
+if TYPE_CHECKING:
+    import qpsolvers
+    from scipy.sparse import csc_matrix
+
+OSQP_SETTINGS = {
+    "verbose": False,
+    "eps_abs": 1e-7,
+    "eps_rel": 1e-7,
+    "eps_prim_inf": 1e-9,
+    "max_iter": 1000,
+    "check_termination": 10,
+    "adaptive_rho_interval": 50,
+}
+"""OSQP's settings. The number of iterations bounds the time of a tick; its own polishing prints."""
+
+TOLERANCE = 1e-6
+"""By how much a solution may miss a bound, the stationarity or the duality: part of its size, plus 1e-6."""
+
+_GENTLE = 1e-2
+"""Part of a linear cost that OSQP is given: it converges slowly on what is nearly a linear program."""
+
+
+class Program(NamedTuple):
+    """Minimise ½ xᵀ diag(p) x + qᵀx subject to lower ≤ A x ≤ upper.
+
+    Attributes:
+        p: Diagonal of the cost matrix, shape (k,), above zero.
+        q: Linear cost, shape (k,).
+        A: Rows of the inequalities, shape (c, k).
+        lower: Lower bounds, shape (c,); minus infinity for none.
+        upper: Upper bounds, shape (c,); infinity for none.
+    """
+
+    p: Array
+    q: Array
+    A: Array
+    lower: Array
+    upper: Array
+
+    def problem(self) -> qpsolvers.Problem:
+        """Return it in the form of qpsolvers: P, q, G, h, with a row of G for every finite bound."""
+        import qpsolvers
+
+        above, below = np.isfinite(self.upper), np.isfinite(self.lower)
+        G = np.vstack((self.A[above], -self.A[below]))
+        h = np.concatenate((self.upper[above], -self.lower[below]))
+        return qpsolvers.Problem(np.diag(self.p), self.q, *((G, h) if len(h) else (None, None)))
+
+
+class Answer(NamedTuple):
+    """What a solver says.
+
+    Attributes:
+        x: The solution, shape (k,); None if it found none.
+        multipliers: One a row of A, shape (c,): positive at the upper bound, negative at the lower.
+        message: The solver's own words, or the reason why there is no solution.
+        iterations: How many it took, if known.
+        infeasible: Whether the solver is sure that there is no solution.
+        least: Whether x is claimed to minimise the whole cost; otherwise the linear part of it only.
+    """
+
+    x: Array | None
+    multipliers: Array
+    message: str
+    iterations: int | None
+    infeasible: bool = False
+    least: bool = True
+
+    def objection(self, program: Program) -> str:
+        """Return why this is not the solution of a program, empty if it is.
+
+        Checked to `TOLERANCE` are the bounds, P x + q + Aᵀμ = 0, and that each multiplier μ is of a bound that is
+        reached: the conditions for the minimum, so that an old solution is not taken for a new one.
+
+        Args:
+            program: The program.
+        """
+        p, q, A, lower, upper = program if self.least else program._replace(p=np.zeros_like(program.p))
+        x, mu = self.x, self.multipliers
+        if x is None:
+            return self.message
+        if x.shape != q.shape or mu.shape != upper.shape or not (np.isfinite(x).all() and np.isfinite(mu).all()):
+            return f"{self.message}, but its solution is not finite"
+        values = A @ x
+        nearest = np.clip(values, lower, upper)
+        excess = np.abs(values - nearest) / (1.0 + np.abs(nearest))
+        if excess.max(initial=0.0) > TOLERANCE:
+            return f"{self.message}, but its solution breaks a limit by {excess.max():.1e}"
+        size = 1.0 + np.abs(p * x).max(initial=0.0) + np.abs(q).max(initial=0.0)
+        stationarity = np.abs(p * x + q + A.T @ mu).max(initial=0.0) / size
+        reached = np.abs(mu) > TOLERANCE * size
+        distance = values[reached] - np.where(mu > 0.0, upper, lower)[reached]
+        gap = float(np.abs(mu[reached] @ distance)) / (size * (1.0 + np.abs(x).max(initial=0.0)))
+        if not max(stationarity, gap) <= TOLERANCE:
+            return f"{self.message}, but its solution is not optimal: {stationarity:.1e}, {gap:.1e}"
+        return ""
+
+
+class Solver(ABC):
+    """Solves programs, one after the other."""
+
+    @abstractmethod
+    def solve(self, program: Program) -> Answer:
+        """Return the solver's answer; it may raise whatever the solver raises."""
+
+    def forget(self) -> None:  # noqa: B027
+        """Forget what is kept between calls, so that equal programs have equal answers."""
+
+
+class KeptOSQP(Solver):
+    """OSQP with one workspace a shape of program: set up once, then only updated and started from the last solution.
+
+    The workspace holds P and A densely, zeros included, so that their pattern stays the same. OSQP sees the program in
+    coordinates in which the bounds are about equally far apart in all directions, says which of them are reached, and
+    the linear equations of those bounds make the solution exact. Where that fails on a program with a linear cost,
+    HiGHS minimises that cost alone, and OSQP the quadratic one at that minimum.
+    """
+
+    def __init__(self) -> None:
+        self._workspaces: dict[tuple[int, ...], Any] = {}
+
+    def forget(self) -> None:
+        """Drop the workspaces."""
+        self._workspaces.clear()
+
+    def solve(self, program: Program) -> Answer:
+        """Return OSQP's answer."""
+        answer = self._solve(program, _GENTLE * program.q)
+        if answer.x is None and not answer.infeasible and program.q.any():
+            return self._in_two_steps(program, answer)
+        return answer
+
+    def _solve(self, program: Program, q: Array) -> Answer:
+        import osqp
+
+        coordinates, width = _coordinates(program)
+        P = coordinates.T @ (program.p[:, None] * coordinates)
+        q = coordinates.T @ q
+        size = max(float(np.abs(P).max()), float(np.abs(q).max()))
+        P, q, A = P / size, q / size, program.A @ coordinates / width[:, None]
+        lower, upper = program.lower / width, program.upper / width
+        workspace = self._workspaces.get(A.shape)
+        if workspace is None:
+            workspace = self._workspaces[A.shape] = osqp.OSQP()
+            workspace.setup(_dense_pattern(P, upper=True), q, _dense_pattern(A), lower, upper, **OSQP_SETTINGS)
+        else:
+            workspace.update(Px=_upper_triangle(P), q=q, Ax=A.ravel(order="F"), l=lower, u=upper)
+        result = workspace.solve(raise_error=False)
+        message, iterations = f"osqp: {result.info.status}", int(result.info.iter)
+        if result.info.status_val == osqp.SolverStatus.OSQP_SOLVED:
+            answer = _polished(program, np.array(result.y) * size / width, message, iterations)
+            if not answer.objection(program):
+                return answer
+            x, multipliers = coordinates @ np.array(result.x), np.array(result.y) * size / width
+            answer = Answer(x, multipliers, message, iterations)
+            objection = answer.objection(program)
+            return answer if not objection else Answer(None, multipliers, objection, iterations)
+        infeasible = result.info.status_val == osqp.SolverStatus.OSQP_PRIMAL_INFEASIBLE
+        return Answer(None, np.zeros(len(A)), message, iterations, infeasible)
+
+    def _in_two_steps(self, program: Program, before: Answer) -> Answer:
+        """Minimise qᵀx by HiGHS, then ½ xᵀPx where qᵀx is least; q has its last entry only, and so has the last row."""
+        from scipy.optimize import linprog
+
+        weight, problem = -float(program.q[-1]), program.problem()
+        vertex = linprog(program.q / weight, A_ub=problem.G, b_ub=problem.h, bounds=(None, None), method="highs")
+        message = f"{before.message}; highs: {vertex.message}"
+        if vertex.x is None:
+            return before._replace(message=message)
+        best = float(vertex.x[-1])
+        held = program.lower.copy()
+        held[-1] = max(held[-1], best - 1e-9 * (1.0 + abs(best)))
+        least = self._solve(program._replace(q=np.zeros_like(program.q), lower=held), np.zeros_like(program.q))
+        message, iterations = f"{message}; {least.message}", (before.iterations or 0) + (least.iterations or 0)
+        at_vertex = weight * _of_rows(program, -vertex.ineqlin.marginals)
+        if least.x is None:
+            message += "; a torque of the largest task scale, perhaps not the least"
+            return Answer(np.array(vertex.x), at_vertex, message, iterations, least=False)
+        # The price of the held row is paid by the linear cost: together they are the multipliers of the whole.
+        price, multipliers = max(-float(least.multipliers[-1]), 0.0), least.multipliers.copy()
+        multipliers[-1] = max(multipliers[-1], 0.0)
+        multipliers += (1.0 - price / weight) * at_vertex
+        return Answer(least.x, multipliers, message, iterations)
+
+
+class ThroughQpsolvers(Solver):
+    """Any solver that qpsolvers finds."""
+
+    def __init__(self, name: str) -> None:
+        """Set the solver's name among `qpsolvers.available_solvers`."""
+        self.name = name
+
+    def solve(self, program: Program) -> Answer:
+        """Return the solver's answer."""
+        import qpsolvers
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            solution = qpsolvers.solve_problem(program.problem(), solver=self.name)
+        if not solution.found or solution.x is None:
+            return Answer(None, np.zeros(len(program.A)), f"{self.name}: no solution", None)
+        bounds = solution.z if solution.z is not None and len(solution.z) else np.zeros(0)
+        multipliers = _of_rows(program, bounds) if len(bounds) else np.zeros(len(program.A))
+        iterations = solution.extras.get("iterations")
+        count_of_iterations = int(np.ravel(iterations)[0]) if iterations is not None else None
+        return Answer(np.asarray(solution.x), multipliers, f"{self.name}: solved", count_of_iterations)
+
+
+def _polished(program: Program, multipliers: Array, message: str, iterations: int) -> Answer:
+    """Return the minimum on the bounds that have a multiplier."""
+    p, q, A, lower, upper = program
+    reached = np.abs(multipliers) > 1e-7 * np.abs(multipliers).max(initial=0.0)
+    bounds = np.where(multipliers > 0.0, upper, lower)[reached]
+    k, count = len(q), len(bounds)
+    conditions = np.block([[np.diag(p), A[reached].T], [A[reached], np.zeros((count, count))]])
+    solution = np.linalg.lstsq(conditions, np.concatenate((-q, bounds)), rcond=1e-13)[0]
+    exact = np.zeros(len(A))
+    exact[reached] = solution[k:]
+    return Answer(solution[:k], exact, message, iterations)
+
+
+def _coordinates(program: Program) -> tuple[Array, Array]:
+    """Return R and the widths w of the bounds such that diag(1/w) A R has orthonormal columns; x = R u."""
+    A, lower, upper = program.A, program.lower, program.upper
+    two_sided = np.isfinite(lower) & np.isfinite(upper)
+    if not two_sided.any():
+        return np.eye(A.shape[1]), np.ones(len(A))
+    half = (upper[two_sided] - lower[two_sided]) / 2.0
+    floor = 1e-6 * (1.0 + np.maximum(np.abs(upper[two_sided]), np.abs(lower[two_sided])))
+    half = np.maximum(half, floor)
+    width = np.full(len(A), np.median(half))
+    width[two_sided] = half
+    _, singular_values, Vt = np.linalg.svd(A / width[:, None], full_matrices=False)
+    if len(singular_values) < A.shape[1]:
+        return np.eye(A.shape[1]), width
+    return Vt.T / np.maximum(singular_values, 1e-6 * singular_values[0]), width
+
+
+def _of_rows(program: Program, of_bounds: Array) -> Array:
+    """Return one multiplier a row, given those of `Program.problem`, one a finite bound."""
+    above, below = np.isfinite(program.upper), np.isfinite(program.lower)
+    count = int(np.count_nonzero(above))
+    multipliers = np.zeros(len(program.A))
+    multipliers[above] += of_bounds[:count]
+    multipliers[below] -= of_bounds[count:]
+    return multipliers
+
+
+def find_solver(name: object) -> Solver:
+    """Return a solver by its name.
+
+    Raises:
+        UnknownNameError: If it is not installed; the message lists those that are.
+    """
+    import qpsolvers
+
+    if name not in qpsolvers.available_solvers:
+        raise UnknownNameError(name, sorted(qpsolvers.available_solvers), kind="QP solver")
+    return KeptOSQP() if name == "osqp" else ThroughQpsolvers(str(name))
+
+
+def _dense_pattern(matrix: Array, *, upper: bool = False) -> csc_matrix:
+    """Return a sparse matrix with every entry stored, zeros too, or every entry of the upper triangle."""
+    from scipy.sparse import csc_matrix
+
+    rows, columns = matrix.shape
+    if upper:
+        indices = np.concatenate([np.arange(column + 1) for column in range(columns)])
+        starts = np.cumsum(np.arange(columns + 1))
+        return csc_matrix((_upper_triangle(matrix), indices, starts), shape=matrix.shape)
+    indices = np.tile(np.arange(rows), columns)
+    return csc_matrix((matrix.ravel(order="F"), indices, rows * np.arange(columns + 1)), shape=matrix.shape)
+
+
+def _upper_triangle(matrix: Array) -> Array:
+    """Return the entries on and above the diagonal, column by column."""
+    entries: Array = matrix.T[np.tril_indices(len(matrix))]
+    return entries

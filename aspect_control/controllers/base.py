@@ -95,19 +95,29 @@ class Controller(ABC):
             NonFiniteError: If q or v is not finite, or the torque overflows.
             NotResetError: If the law has memory and `reset` was not called.
         """
-        arm = self.arm
-        if target.dx.shape != (arm.task_dim,) or isinstance(target.x, pin.SE3) != arm.coordinates.has_rotation:
-            expected = "a pin.SE3 as x and" if arm.coordinates.has_rotation else "an array as x and"
-            given = f"{type(target.x).__name__} and {target.dx.shape[0]}"
-            raise ShapeError(f"the target for {arm.task} must have {expected} {arm.task_dim} rates, got {given}")
+        self.require_target(target)
         with np.errstate(over="ignore", invalid="ignore"):
-            state = arm.state(q, v)
+            state = self.arm.state(q, v)
             tau = self.command(state, target)
         if not np.isfinite(tau).all():
             raise NonFiniteError(
                 f"{self.name}: the torque overflows at a joint speed of {np.abs(state.v).max():.3g} rad/s"
             )
         return tau
+
+    def require_target(self, target: Target) -> None:
+        """Make sure that a target is one for the arm's task.
+
+        Raises:
+            ShapeError: If it has another number of coordinates, or a pose where positions are due or the reverse.
+        """
+        arm = self.arm
+        if target.dx.shape != (arm.task_dim,) or isinstance(target.x, pin.SE3) != arm.coordinates.has_rotation:
+            expected = "a pin.SE3 as x and" if arm.coordinates.has_rotation else "an array as x and"
+            given = f"{type(target.x).__name__} and {target.dx.shape[0]}"
+            raise ShapeError(
+                f"the target for the task {arm.task} must have {expected} {arm.task_dim} rates, got {given}"
+            )
 
     @abstractmethod
     def command(self, state: ArmState, target: Target) -> Array:

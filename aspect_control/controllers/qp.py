@@ -3,31 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import eigenpy
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ..arm import Arm, ArmState
 from ..checks import positive
-from ..exceptions import NotResetError, ShapeError, UnknownNameError
+from ..exceptions import NotResetError, UnknownNameError
 from ..redundancy import Array
 from ..redundancy.pseudoinverse import RANK_TOLERANCE
 from ..trajectories import Target
 from .base import TaskSpaceController
 from .qp_limits import JointLimits
-from .qp_solver import Program, find_solver
+from .qp_program import Rows, Torques
+from .qp_solver import find_solver
 
 if TYPE_CHECKING:
     import qpsolvers
 
 STABILITIES = ("none", "maciejewski", "dead-beat")
 """What may be asked of the self-motion."""
-
-SCALE_WEIGHT = 1e4
-"""How much more the task counts than the torque, when it must be scaled back; see `QPTorque`."""
 
 _AT_REST = 1e-12
 """Part of the joint speed below which self-motion is rounding."""
@@ -51,70 +48,6 @@ class QPStatus:
     iterations: int | None
 
 
-class _Rows(NamedTuple):
-    """Limits on the torques of the tasks s b: lower ≤ A η + s g ≤ upper."""
-
-    A: Array
-    g: Array
-    lower: Array
-    upper: Array
-
-    def unit(self) -> _Rows:
-        """Return the same limits with rows of A of length 1, those aside that are as good as zero."""
-        length = np.linalg.norm(self.A, axis=1)
-        factor = 1.0 / np.maximum(length, 1e-3 * length.max()) if length.any() else np.ones(len(length))
-        return _Rows(self.A * factor[:, None], self.g * factor, self.lower * factor, self.upper * factor)
-
-    @staticmethod
-    def stack(rows: list[_Rows], columns: int) -> _Rows:
-        """Return all rows as one."""
-        empty = _Rows(np.zeros((0, columns)), *np.zeros((3, 0)))
-        return _Rows(*(np.concatenate(parts) for parts in zip(empty, *rows, strict=True)))
-
-
-class _Torques(NamedTuple):
-    """The torques of the tasks s b: τ = Q η + s c + d with Qᵀc = Qᵀd = 0, and the limits on them."""
-
-    Q: Array
-    c: Array
-    d: Array
-    rows: _Rows
-
-    @property
-    def scale_unit(self) -> float:
-        """What s is multiplied by to stand beside η in the rows, N m."""
-        return max(1.0, float(np.abs(self.rows.g).max(initial=0.0)))
-
-    def task_kept(self) -> Program:
-        """Minimise ½‖η‖² at s = 1."""
-        A, g, lower, upper = self.rows
-        r = A.shape[1]
-        return Program(np.ones(r), np.zeros(r), A, lower - g, upper - g)
-
-    def task_scaled(self) -> Program:
-        """Minimise ½‖η‖² − w σ over η and σ, which is s in N m."""
-        A, g, lower, upper = self.rows
-        r, unit = A.shape[1], self.scale_unit
-        wide = np.block([[A, g[:, None] / unit], [np.zeros(r), 1.0]])
-        finite = np.abs(np.concatenate((lower, upper)))
-        weight = SCALE_WEIGHT * max(1.0, float(finite[np.isfinite(finite)].max(initial=0.0)))
-        return Program(
-            np.append(np.ones(r), 1e-3),
-            np.append(np.zeros(r), -weight),
-            wide,
-            np.append(lower, 0.0),
-            np.append(upper, unit),
-        )
-
-    def solution(self, x: Array) -> tuple[Array, float]:
-        """Return τ and s of a solution of one of the two."""
-        r = self.Q.shape[1]
-        s = 1.0 if len(x) == r else min(max(float(x[r]) / self.scale_unit, 0.0), 1.0)
-        if s > 1.0 - 1e-9:
-            s = 1.0
-        return self.Q @ x[:r] + s * self.c + self.d, s
-
-
 class QPTorque(TaskSpaceController):
     """Least torque, Eq. (8), as a quadratic program with limits.
 
@@ -136,8 +69,10 @@ class QPTorque(TaskSpaceController):
     1. The program is solved with s = 1: outcome `"optimal"`.
     2. If it has no solution: maximise s in [0, 1], and among the torques of that s take the least; both at once, by
        the linear cost −w s with a large w, which is exact: outcome `"scaled"`.
-    3. If that fails as well: each joint is decelerated by θ̈ = −θ̇/T, moved into the bounds of θ̈, and of that motion's
-       torque M θ̈ + N the nearest within the torque limits is applied: outcome `"braking"`. The task is given up.
+    3. If that fails as well, the task is given up and the arm is braked: outcome `"braking"`. Each joint is decelerated
+       by θ̈ = −θ̇/T, moved into the bounds of θ̈. If the torque M θ̈ + N of that is not within the torque limits, it is
+       G + λ M θ̈ instead, with G the gravity torque and the largest λ in [0, 1] within them. It takes energy out of the
+       arm at any λ > 0; a joint whose limit is below its own gravity torque gets what it has.
 
     A solution is used only if it satisfies the limits and the optimality conditions of this sample's program to
     `TOLERANCE`, whatever the solver says of it. No failure of a solver leaves `torque` as an exception.
@@ -240,11 +175,7 @@ class QPTorque(TaskSpaceController):
             NonFiniteError: If q or v is not finite.
             NotResetError: If `stability` is `"dead-beat"` and `reset` was not called.
         """
-        if (
-            target.dx.shape != (self.arm.task_dim,)
-            or isinstance(target.x, pin.SE3) != self.arm.coordinates.has_rotation
-        ):
-            raise ShapeError(f"the target must be one for the task {self.arm.task}, got {target!r}")
+        self.require_target(target)
         state = self.arm.state(q, v)
         return self._torques(state, target).task_kept().problem()
 
@@ -252,8 +183,9 @@ class QPTorque(TaskSpaceController):
         """Return τ, shape (nv,), N m, and set `status`."""
         torques = self._torques(state, target)
         objections, iterations = [], 0
-        for program in (torques.task_kept(), torques.task_scaled()):
+        for make_program in (torques.task_kept, torques.task_scaled):
             try:
+                program = make_program()
                 answer = self._solver.solve(program)
                 objection = answer.objection(program)
             except Exception as error:
@@ -271,7 +203,7 @@ class QPTorque(TaskSpaceController):
         self.status = QPStatus("braking", 0.0, message, iterations or None)
         return self._within_torque_limit(self._braking_torque(state))
 
-    def _torques(self, state: ArmState, target: Target) -> _Torques:
+    def _torques(self, state: ArmState, target: Target) -> Torques:
         """Return the torques of the tasks s b and the limits in terms of them."""
         M, nle, J, v = state.M, state.nle, state.J, state.v
         m, n = J.shape
@@ -285,18 +217,18 @@ class QPTorque(TaskSpaceController):
         c, d = c_tilde - Q @ (Q.T @ c_tilde), nle - Q @ (Q.T @ nle)
         solve_M = eigenpy.LLT(M).solve
         M_inv_Q = solve_M(Q).reshape(Q.shape)
-        rows: list[_Rows] = []
+        rows: list[Rows] = []
         if self.limits.torque is not None:
-            rows.append(_Rows(Q, c, -self.limits.torque - d, self.limits.torque - d))
+            rows.append(Rows(Q, c, -self.limits.torque - d, self.limits.torque - d))
         if self.limits.bound_acceleration:
             free = solve_M(d - nle)
             slowest, fastest = self._acceleration_interval(state)
-            rows.append(_Rows(M_inv_Q, solve_M(c), slowest - free, fastest - free).unit())
+            rows.append(Rows(M_inv_Q, solve_M(c), slowest - free, fastest - free).unit())
         if self.stability != "none":
             rows.append(self._stability_row(Z, v, Q, M_inv_Q, c_tilde, nle))
-        return _Torques(Q, c, d, _Rows.stack(rows, n - m))
+        return Torques(Q, c, d, Rows.stack(rows, n - m))
 
-    def _stability_row(self, Z: Array, v: Array, Q: Array, M_inv_Q: Array, c_tilde: Array, nle: Array) -> _Rows:
+    def _stability_row(self, Z: Array, v: Array, Q: Array, M_inv_Q: Array, c_tilde: Array, nle: Array) -> Rows:
         """Return θ̇_H·θ̈_H ≤ 0 with θ̈_H = M⁻¹Q (η − Qᵀτ̃), τ̃ = s M J⁺b + N."""
         if self.stability == "dead-beat" and self._dt is None:
             raise NotResetError(
@@ -310,17 +242,27 @@ class QPTorque(TaskSpaceController):
         origin = float(row @ (Q.T @ nle))
         lower = -np.inf if self._dt is None or self.stability == "maciejewski" else origin - speed**2 / self._dt
         g = -float(row @ (Q.T @ c_tilde))
-        return _Rows(row[None], np.array([g]), np.array([lower]), np.array([origin])).unit()
+        return Rows(row[None], np.array([g]), np.array([lower]), np.array([origin])).unit()
 
     def _acceleration_interval(self, state: ArmState) -> tuple[Array, Array]:
         dt = self._dt if self._dt is not None else self.horizon
         return self.limits.acceleration_interval(self.arm.positions(state.q), state.v, self.horizon, dt)
 
     def _braking_torque(self, state: ArmState) -> Array:
-        """Return M θ̈ + N with θ̈ = −θ̇/T moved into the bounds of θ̈."""
-        theta_ddot = np.clip(-state.v / self.horizon, *self._acceleration_interval(state))
-        tau: Array = state.M @ theta_ddot + state.nle
-        return tau
+        """Return M θ̈ + N with θ̈ = −θ̇/T moved into the bounds of θ̈, or the largest part of it that the torques allow.
+
+        The part is λ M θ̈ on top of the gravity torque: whatever λ, θ̈ = −θ̇/T takes the power λ θ̇ᵀM θ̇/T out of the arm.
+        """
+        push = state.M @ np.clip(-state.v / self.horizon, *self._acceleration_interval(state))
+        tau: Array = state.nle + push
+        limit = self.limits.torque
+        if limit is None or np.all(np.abs(tau) <= limit):
+            return tau
+        gravity = self.arm.state(state.q, np.zeros(self.arm.nv)).nle
+        room = np.maximum(limit - np.sign(push) * gravity, 0.0)
+        moving = push != 0.0
+        part = min(1.0, float((room[moving] / np.abs(push[moving])).min(initial=1.0)))
+        return gravity + part * push
 
     def _within_torque_limit(self, tau: Array) -> Array:
         limit = self.limits.torque

@@ -177,7 +177,7 @@ class KeptOSQP(Solver):
 
         weight, problem = -float(program.q[-1]), program.problem()
         vertex = linprog(program.q / weight, A_ub=problem.G, b_ub=problem.h, bounds=(None, None), method="highs")
-        message = f"{before.message}; highs: {vertex.message}"
+        message = f"{before.message}; highs: {'optimal' if vertex.x is not None else vertex.message}"
         if vertex.x is None:
             return before._replace(message=message)
         best = float(vertex.x[-1])

@@ -361,7 +361,8 @@ def test_reset_with_a_bad_state_is_an_error(planar, law):
 def test_target_of_another_dimension_is_an_error(planar, law):
     controller = controllers.create(law, planar)
     controller.reset(INSIDE, np.zeros(3), DT)
-    with pytest.raises(ShapeError, match=r"the target for the task \('x', 'y'\) must have an array as x and 2 rates, got .* 3"):
+    message = r"the target for the task \('x', 'y'\) must have an array as x and 2 rates, got .* 3"
+    with pytest.raises(ShapeError, match=message):
         controller.torque(np.zeros(3), np.zeros(3), Target(*np.zeros((3, 3))))
 
 

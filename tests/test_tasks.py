@@ -34,7 +34,10 @@ every_task = pytest.mark.parametrize("task", TASKS, ids=str)
 every_rotating_task = pytest.mark.parametrize("task", ROTATING, ids=str)
 every_position_task = pytest.mark.parametrize("task", POSITIONS, ids=str)
 every_law = pytest.mark.parametrize("law", controllers.available())
-task_space_laws = pytest.mark.parametrize("law", [law for law in controllers.available() if law != "jmdc"])
+task_space_laws = pytest.mark.parametrize(
+    "law",
+    [law for law in controllers.available() if issubclass(controllers.find(law), controllers.TaskSpaceController)],
+)
 tasks_of_laws = pytest.mark.parametrize("task", ["xyz", "pose", ("x", "y", "rz"), ("rx", "ry")], ids=str)
 
 vectors = arrays(np.float64, 3, elements=st.floats(-2.0, 2.0))

@@ -101,7 +101,7 @@ def test_start_on_a_border_is_a_warning_of_one_line_that_names_minors_and_joints
     done = run("run", "panda-xyz", *out, *law, *(part for each in settings for part in ("--set", each)))
     assert done.returncode == 0, done.stderr
     assert len(done.stderr.splitlines()) == 1
-    assert done.stderr.startswith("aspect-control: warning: jmdc starts on the border of an aspect: ")
+    assert done.stderr.startswith("aspect-control: warning: the motion starts on the border of an aspect: ")
     summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["controllers"]["jmdc"]
     on_border = summary["minors_on_border_at_start"]
     assert f"{len(on_border)} of {summary['minors']} minors" in done.stderr

@@ -181,7 +181,7 @@ def compare(
         "results/compare"
     ),
 ) -> None:
-    """Run all laws on the planar arm and on Panda and compare them."""
+    """Run all laws on the planar arm, Panda and Baxter and compare them."""
     from .analysis.comparison import SCENARIOS, compare_laws
     from .files import output_folder, write_text
     from .views import comparison_report, save_figure, torque_figure

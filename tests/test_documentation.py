@@ -110,6 +110,11 @@ def test_figures_on_the_page_of_laws_are_the_measured_ones():
     assert f"moves it by {rows['planar3r', 'modified-hard'][3]} N m" in words
     assert f"moves the torque by {rows['panda-xyz', 'modified-dead-beat'][3]} N m in all" in words
     assert f"brake by {rows['panda-xyz', 'modified-brake'][3]} N m" in words
+    for scenario, name in (("panda-pose", "Panda's full pose"), ("baxter-xyz", "Baxter's position")):
+        hard, dead_beat, plain = (
+            rows[scenario, law][3] for law in ("modified-hard", "modified-dead-beat", "pseudoinverse")
+        )
+        assert f"{name}, hard {hard}, dead-beat {dead_beat}, pseudoinverse law {plain} N m" in words
     assert f"Least peak on trajectory A ({rows['planar3r', 'jmdc'][1]} N m)" in words
     assert f"too: {rows['planar3r', 'inertia-weighted'][1]} N m" in words
 

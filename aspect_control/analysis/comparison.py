@@ -12,7 +12,7 @@ from ..scenario import Scenario, load_scenario
 from ..simulation import Run
 from .metrics import summarize
 
-SCENARIOS = ("planar3r", "panda-xyz")
+SCENARIOS = ("planar3r", "panda-xyz", "panda-pose", "baxter-xyz")
 """The shipped scenarios on which the laws are compared."""
 
 VARIANTS: dict[str, dict[str, Any]] = {

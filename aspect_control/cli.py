@@ -35,7 +35,7 @@ def reproduce(
     out: Annotated[Path, typer.Option(help="Folder for the results; made if it is not there.")] = Path("results"),
     dt: Annotated[float, typer.Option(help="Sampling time, s.")] = 1e-3,
 ) -> None:
-    """Run four laws on the paper's trajectory A and hold its claims against the results."""
+    """Run the paper's laws on its trajectory A and hold its claims against the results."""
     from .analysis import summarize
     from .analysis import trajectory_a as paper
     from .analysis.section4 import claims

@@ -115,6 +115,9 @@ def test_figures_on_the_page_of_laws_are_the_measured_ones():
             rows[scenario, law][3] for law in ("modified-hard", "modified-dead-beat", "pseudoinverse")
         )
         assert f"{name}, hard {hard}, dead-beat {dead_beat}, pseudoinverse law {plain} N m" in words
+    damped, plain = (rows["panda-xyz", law][3] for law in ("damped-null-space", "pseudoinverse"))
+    assert f"on Panda by {damped} N m, as the pseudoinverse law's does by {plain} N m" in words
+    assert f"down to {rows['planar3r', 'operational-space'][1]} N m" in words
     assert f"Least peak on trajectory A ({rows['planar3r', 'jmdc'][1]} N m)" in words
     assert f"too: {rows['planar3r', 'inertia-weighted'][1]} N m" in words
 

@@ -40,7 +40,7 @@ def minimum_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     Returns:
         τ, shape (n,), N m.
     """
-    A = eigenpy.LLT(M).solve(J.T).reshape(J.T.shape).T
+    A = _torque_to_task(M, J)
     tau: Array = pseudoinverse(A) @ (b + A @ nle)
     return tau
 
@@ -57,7 +57,7 @@ def inertia_weighted_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     Returns:
         τ, shape (n,), N m.
     """
-    A = eigenpy.LLT(M).solve(J.T).reshape(J.T.shape).T
+    A = _torque_to_task(M, J)
     tau: Array = J.T @ (pseudoinverse(A @ J.T) @ b) + nle
     return tau
 
@@ -73,7 +73,7 @@ def dynamically_consistent_null_torque(M: Array, J: Array, tau: Array) -> Array:
     Returns:
         The null-space torque, shape (n,), N m.
     """
-    A = eigenpy.LLT(M).solve(J.T).reshape(J.T.shape).T
+    A = _torque_to_task(M, J)
     null_torque: Array = tau - J.T @ (pseudoinverse(A @ J.T) @ (A @ tau))
     return null_torque
 
@@ -92,3 +92,8 @@ def task_acceleration(M: Array, nle: Array, J: Array, tau: Array) -> Array:
     """
     b: Array = J @ eigenpy.LLT(M).solve(tau - nle)
     return b
+
+
+def _torque_to_task(M: Array, J: Array) -> Array:
+    """Return A = J M⁻¹, shape (m, n); eigenpy hands a single column back as a vector."""
+    return eigenpy.LLT(M).solve(J.T).reshape(J.T.shape).T  # type: ignore[no-any-return]

@@ -46,7 +46,7 @@ def reproduction_report(reproduction: Reproduction, claims: Sequence[Claim]) -> 
             "",
             "![JMDC](fig4.png)",
             "",
-            "![the four laws](comparison.png)",
+            "![the laws together](comparison.png)",
             "",
             "## The null space vector method as the sampling time goes to zero",
             "",

@@ -4,11 +4,19 @@ After W. J. Chung, W. K. Chung and Y. Youm, "Analysis of Dynamic Performance of 
 Concept of Aspects". Equation numbers in this package are the paper's.
 """
 
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from . import controllers, redundancy, simulation
 from .arm import Arm, ArmState
 from .exceptions import AspectControlError
 from .simulation import Run, simulate
 from .trajectories import Circle, Hold, StraightLine, Target, Trajectory, Waypoints
+
+if TYPE_CHECKING:
+    from . import views
 
 __version__ = "0.1.0"
 
@@ -27,4 +35,12 @@ __all__ = [
     "redundancy",
     "simulate",
     "simulation",
+    "views",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    # Loaded when it is asked for, because it brings matplotlib.
+    if name == "views":
+        return import_module(".views", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

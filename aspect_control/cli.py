@@ -5,16 +5,25 @@ from __future__ import annotations
 import json
 import sys
 import warnings
+from contextlib import nullcontext
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.exceptions import TyperException
 
-from .exceptions import AspectControlError
+from .exceptions import AspectControlError, DrawingWarning
+
+if TYPE_CHECKING:
+    from .scenario import Scenario
+    from .views import LiveView
+    from .views.scene.server import LiveServer
 
 INTERRUPTED = 130
 """Exit status of a command that was interrupted from the keyboard."""
+
+Host = Annotated[str, typer.Option(help="Address that --live listens on.")]
+Port = Annotated[int, typer.Option(help="Port that --live listens on; if it is taken, the next free one.")]
 
 app = typer.Typer(
     add_completion=False,
@@ -41,7 +50,7 @@ def reproduce(
     from .analysis.section4 import claims
     from .checks import positive
     from .files import output_folder, write_text
-    from .views import comparison_figure, law_name, reproduction_report, run_figure, save_figure
+    from .views import comparison_figure, law_name, replay, reproduction_report, run_figure, save_figure
     from .views.screen import progress_bar, show_claims, show_laws
 
     dt = positive("--dt", dt, "s")
@@ -72,9 +81,11 @@ def reproduce(
         figure = comparison_figure(result.all_runs)
         save_figure(figure, folder / "comparison.png")
         save_figure(figure, folder / "comparison.svg")
+        progress("replay", 1.0)
+        replay(result.all_runs, folder / "replay.html")
     show_claims(verdicts)
     show_laws(summary)
-    typer.echo(f"written to {folder}: report.md, summary.json, figures and runs")
+    typer.echo(f"written to {folder}: report.md, summary.json, replay.html, figures and runs")
 
 
 @app.command()
@@ -87,18 +98,24 @@ def run(
         list[str] | None,
         typer.Option("--set", help="Change a field: simulation.dt=5e-4, controller.kp=200, controller.jmdc.kappa=0."),
     ] = None,
+    live: Annotated[
+        bool, typer.Option("--live", help="Show the arms in a browser, in real time, while they are simulated.")
+    ] = False,
+    host: Host = "127.0.0.1",
+    port: Port = 7000,
 ) -> None:
-    """Run the laws of a scenario and write runs, figures and a summary."""
+    """Run the laws of a scenario and write runs, figures, a replay and a summary."""
     from .analysis import summarize
     from .files import output_folder, write_text
     from .scenario import load_scenario
     from .simulation import Run
-    from .views import comparison_figure, law_name, plain_text, run_figure, save_figure
+    from .views import comparison_figure, law_name, plain_text, replay, run_figure, save_figure
     from .views.screen import progress_bar, show_laws
 
     described = load_scenario(scenario, settings or [])
     described.require_fits()
     folder = output_folder(out or Path("results") / scenario.stem)
+    view = _live_view(described, host, port) if live else None
     runs: dict[str, Run] = {}
 
     def keep(label: str, finished: Run) -> None:
@@ -106,7 +123,8 @@ def run(
         finished.save(folder / f"{label}.npz")
 
     with progress_bar() as progress:
-        described.run_each(keep, progress)
+        with view or nullcontext():
+            described.run_each(keep, progress, None if view is None else view.watch)
         progress("summary and figures", 1.0)
         summary = {label: summarize(each) for label, each in runs.items()}
         write_text(folder / "summary.json", _json({"scenario": scenario.stem, "controllers": summary}))
@@ -117,8 +135,42 @@ def run(
         figure = comparison_figure(runs, plain_text(scenario.stem))
         save_figure(figure, folder / "comparison.png")
         save_figure(figure, folder / "comparison.svg")
+        progress("replay", 1.0)
+        replay(runs, folder / "replay.html")
     show_laws(summary)
-    typer.echo(f"written to {folder}: summary.json, figures and runs")
+    typer.echo(f"written to {folder}: summary.json, replay.html, figures and runs")
+
+
+@app.command("replay")
+def replay_runs(
+    files: Annotated[list[Path], typer.Argument(help="Recorded runs, shown side by side.", metavar="RUN.npz...")],
+    out: Annotated[Path, typer.Option(help="The page to write.")] = Path("replay.html"),
+    speed: Annotated[float, typer.Option(help="Seconds of motion shown in a second.")] = 1.0,
+    live: Annotated[
+        bool, typer.Option("--live", help="Serve the runs and play them in real time; write nothing.")
+    ] = False,
+    host: Host = "127.0.0.1",
+    port: Port = 7000,
+) -> None:
+    """Show recorded runs moving: as one HTML file that plays offline, or live in a browser."""
+    from .simulation import Run
+    from .views import LiveReplay, replay
+
+    runs = [Run.load(file) for file in files]
+    if not live:
+        page = replay(runs, out, speed=speed)
+        typer.echo(f"written to {out}: {len(page.page) / 1e6:.1f} MB; open it in a browser")
+        return
+    with LiveReplay(runs, speed=speed, host=host, port=port) as view:
+        for note in view.notes:
+            warnings.warn(note, DrawingWarning, stacklevel=1)
+        _say_where(view, port)
+        try:
+            view.wait_for_viewer()
+            while True:
+                view.play()
+        except KeyboardInterrupt:
+            typer.echo("stopped")
 
 
 @app.command()
@@ -245,6 +297,31 @@ def main() -> None:
         if status == INTERRUPTED:
             typer.echo("aspect-control: interrupted; what was written stays", err=True)
         sys.exit(status)
+
+
+def _live_view(described: Scenario, host: str, port: int) -> LiveView:
+    """Serve the arms of a scenario at their start and wait until a browser shows them."""
+    from .views import LiveView
+
+    arm = described.arm()
+    view = LiveView(
+        arm,
+        list(described.laws(arm)),
+        described.start_configuration(arm),
+        described.trajectory.build(),
+        host=host,
+        port=port,
+    )
+    for note in view.notes:
+        warnings.warn(note, DrawingWarning, stacklevel=1)
+    _say_where(view, port)
+    view.wait_for_viewer()
+    return view
+
+
+def _say_where(view: LiveServer, port: int) -> None:
+    taken = f"port {port} is taken; " if port not in (0, view.port) else ""
+    typer.echo(f"{taken}open {view.url} in a browser; Ctrl-C stops")
 
 
 def _show_warning(message: Warning | str, *_: object, **__: object) -> None:

@@ -38,6 +38,10 @@ class AspectBorderWarning(UserWarning):
     """A motion starts on the border of an aspect."""
 
 
+class DrawingWarning(UserWarning):
+    """Something cannot be drawn as it looks, such as a robot whose meshes are gone."""
+
+
 class ControllerLoadError(AspectControlError):
     """An installed law cannot be imported."""
 

@@ -18,6 +18,7 @@ FILES = {
     *(f"{law}.npz" for law in (*paper.LAWS, paper.DEAD_BEAT)),
     "summary.json",
     "report.md",
+    "replay.html",
 }
 
 

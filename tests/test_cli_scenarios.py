@@ -32,7 +32,7 @@ def run(*arguments, **options):
 
 def files_of(*labels):
     figures = {f"{label}.{suffix}" for label in (*labels, "comparison") for suffix in ("png", "svg")}
-    return figures | {f"{label}.npz" for label in labels} | {"summary.json"}
+    return figures | {f"{label}.npz" for label in labels} | {"summary.json", "replay.html"}
 
 
 @pytest.fixture(scope="module")

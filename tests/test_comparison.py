@@ -46,11 +46,13 @@ def test_the_report_has_a_row_and_a_figure_for_each_scenario(runs):
 
 def test_calm_runs_share_a_scale_and_the_exploding_one_has_its_own(runs):
     panels = {axes.get_title(loc="left"): axes for axes in torque_figure(runs, "title").axes}
-    assert "null-space-vector (scale of its own)" in panels
-    calm = {axes.get_ylim() for title, axes in panels.items() if title and "own" not in title}
+    own = {title.split(" (")[0]: axes for title, axes in panels.items() if " (" in title}
+    assert own["null-space-vector"].get_yscale() == "symlog"
+    assert "null-space-vector (log beyond ±10 N m)" in panels
+    calm = {axes.get_ylim() for title, axes in panels.items() if title and " (" not in title}
     assert len(calm) == 1
     for label, run in runs.items():
-        axes = panels.get(label) or panels[f"{label} (scale of its own)"]
+        axes = panels.get(label) or own[label]
         np.testing.assert_array_equal([line.get_ydata() for line in axes.get_lines()], run.tau.T)
         low, high = axes.get_ylim()
         assert low <= run.tau.min()

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 from aspect_control.analysis import summarize
 from aspect_control.analysis import trajectory_a as paper
@@ -34,6 +35,8 @@ def test_the_python_examples_run(tmp_path, monkeypatch, capsys):
         exec(block, names)  # noqa: S102
     assert capsys.readouterr().out.startswith("finished 18.0")
     assert names["again"] == names["run"]
+    with Image.open("trajectory-a.gif") as made, Image.open(ROOT / "docs" / "images" / "trajectory-a.gif") as shown:
+        assert (made.n_frames, made.size) == (shown.n_frames, shown.size)
     law = names["DampedSelfMotion"](names["arm"])
     assert law.torque(names["q"], names["v"], names["target"]).shape == (3,)
 
@@ -149,7 +152,7 @@ def test_the_claims_counted_in_the_readme_are_those_of_the_report():
 
 
 def test_the_two_shell_lines_are_where_ci_looks_for_them():
-    for marker, ending in (("reproduce", "aspect-control reproduce"), ("test", "pytest")):
+    for marker, ending in (("reproduce", "aspect-control reproduce"), ("test", "pytest -n auto --dist loadfile")):
         line = re.search(rf"<!-- {marker} -->\n```shell\n(.*)\n```", README)[1]
         assert line.startswith("python3 -m venv .venv && .venv/bin/pip install ")
         assert line.endswith(f".venv/bin/{ending}")

@@ -34,6 +34,14 @@ def test_the_torque_panel_shows_the_recorded_torques(runs):
     np.testing.assert_array_equal([line.get_ydata() for line in lines], run.tau.T)
 
 
+def test_panels_of_what_explodes_are_logarithmic_and_say_so(runs):
+    for law, scale in (("null-space-vector", "symlog"), ("jmdc", "linear")):
+        torques, product = (run_figure(runs[law]).axes[i] for i in (1, 3))
+        assert torques.get_yscale() == scale
+        assert torques.get_ylabel() == ("torque (N m), log beyond ±10" if scale == "symlog" else "torque (N m)")
+        assert product.get_yscale() == scale
+
+
 def test_stick_figures_end_on_the_tip(runs):
     run = runs["jmdc"]
     sticks = [line.get_xydata() for line in run_figure(run).axes[0].get_lines()][:-1]
@@ -58,6 +66,9 @@ def test_the_comparison_draws_every_law_on_common_scales(runs):
     torque = next(axes for axes in figure.axes if axes.get_title(loc="left") == "largest joint torque")
     assert torque.get_yscale() == "log"
     assert len(torque.get_lines()) == 4
+    back_to_front = sorted(torque.get_lines(), key=lambda line: line.get_zorder())
+    assert back_to_front[0].get_label() == "null space vector"
+    assert back_to_front[-1].get_label() == "JMDC"
 
 
 @pytest.mark.parametrize("suffix", ["png", "svg"])

@@ -14,7 +14,7 @@ from ..arm import Arm
 from ..checks import finite_vector
 from ..controllers import Controller
 from ..redundancy import Array
-from ..simulation import Run, simulate
+from ..simulation import Moment, Run, simulate
 from .sections import (
     CircleSection,
     ControllerSection,
@@ -137,12 +137,18 @@ class Scenario(Section):
         self.run_each(runs.__setitem__, progress)
         return runs
 
-    def run_each(self, keep: Callable[[str, Run], None], progress: Callable[[str, float], None] | None = None) -> None:
+    def run_each(
+        self,
+        keep: Callable[[str, Run], None],
+        progress: Callable[[str, float], None] | None = None,
+        watch: Callable[[str], Callable[[Moment], None]] | None = None,
+    ) -> None:
         """Run every law and hand each run over as soon as it is there.
 
         Args:
             keep: Called with label and run.
             progress: As for `run`.
+            watch: Called with each label; what it returns is called with every sample of that law, see `simulate`.
 
         Raises:
             AspectControlError: If the scenario does not fit the robot.
@@ -163,6 +169,7 @@ class Scenario(Section):
                     saturation=saturation,
                     events=self.limits.events(arm),
                     progress=_share(progress, label, i, len(laws)),
+                    watch=None if watch is None else watch(label),
                 ),
             )
 

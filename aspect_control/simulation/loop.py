@@ -35,6 +35,7 @@ def simulate(
     saturation: ArrayLike | None = None,
     events: Sequence[Event] = DEFAULT_EVENTS,
     progress: Callable[[float], None] | None = None,
+    watch: Callable[[Moment], None] | None = None,
 ) -> Run:
     """Run a law on a trajectory in closed loop and record it.
 
@@ -53,6 +54,7 @@ def simulate(
             torque is cut off there and recorded as it was applied. None for motors without limits.
         events: What ends the run early.
         progress: Called with the part of the motion that is done, 0 to 1, about a hundred times.
+        watch: Called with every sample as it is recorded, such as `views.LiveView.watch`.
 
     Returns:
         The run, with k = ⌊duration / dt⌋ + 1 samples if nothing ends it early; the sample at which an event ends it is
@@ -91,7 +93,10 @@ def simulate(
             break
         applied = tau if limit is None else np.clip(tau, -limit, limit)
         recorder.add(q, v, applied, target)
-        ended = _ended(events, Moment(arm, t, q, v, tau, target))
+        moment = Moment(arm, t, q, v, tau, target)
+        if watch is not None:
+            watch(moment)
+        ended = _ended(events, moment)
         if ended is not None:
             status, message = ended
             break

@@ -89,7 +89,9 @@ def read_run(path: str | os.PathLike[str]) -> tuple[dict[str, Array], Arm, RunIn
         raise RunFileError(f"cannot read run {path}: {error.strerror or error}") from error
     except Exception as error:
         # A damaged archive can fail anywhere between the zip directory and the last array.
-        raise RunFileError(f"{path} is not a recorded run (.npz written by Run.save): {error}") from error
+        # NumPy's advice to load such a file unsafely is not ours.
+        reason = "" if "pickle" in str(error) else f": {error}"
+        raise RunFileError(f"{path} is not a recorded run (.npz written by Run.save){reason}") from error
     try:
         positive("dt", header.info.dt, "s")
         arm = Arm.from_description(header.arm)

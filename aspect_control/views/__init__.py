@@ -1,16 +1,42 @@
-"""Figures and reports. Importing this package loads matplotlib; importing `aspect_control` does not."""
+"""Figures, reports and replays. Importing this package loads matplotlib; importing `aspect_control` does not.
 
+What needs meshcat is loaded when it is asked for.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from .animation import animate
 from .comparison import comparison_report, torque_figure
 from .figures import comparison_figure, run_figure, save_figure
 from .report import reproduction_report
 from .style import law_name, plain_text
 from .survey import survey_figure, survey_report
 
+if TYPE_CHECKING:
+    from .live import LiveView
+    from .live_replay import LiveReplay
+    from .replay_page import Replay, replay
+
+_WITH_MESHCAT = {
+    "LiveReplay": "live_replay",
+    "LiveView": "live",
+    "Replay": "replay_page",
+    "replay": "replay_page",
+}
+
 __all__ = [
+    "LiveReplay",
+    "LiveView",
+    "Replay",
+    "animate",
     "comparison_figure",
     "comparison_report",
     "law_name",
     "plain_text",
+    "replay",
     "reproduction_report",
     "run_figure",
     "save_figure",
@@ -18,3 +44,9 @@ __all__ = [
     "survey_report",
     "torque_figure",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _WITH_MESHCAT:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f".{_WITH_MESHCAT[name]}", __name__), name)

@@ -54,7 +54,8 @@ def torque_figure(runs: Mapping[str, Run], title: str) -> Any:
         title: Heading of the figure.
 
     Returns:
-        A `matplotlib.figure.Figure`; a panel whose torques pass three times the median peak has a scale of its own.
+        A `matplotlib.figure.Figure`; a panel whose torques pass three times the median peak has a scale of its own,
+        logarithmic where they explode.
     """
     from matplotlib.figure import Figure
 
@@ -66,21 +67,30 @@ def torque_figure(runs: Mapping[str, Run], title: str) -> Any:
         panels = figure.subplots(rows, COLUMNS, sharex=True, squeeze=False)
         calm = [run for run in runs.values() if abs(run.tau).max() <= common]
         limit = 1.05 * max((float(abs(run.tau).max()) for run in calm), default=common)
-        for axes, (label, run) in zip(panels.flat, runs.items(), strict=False):
+        for index, (axes, (label, run)) in enumerate(zip(panels.flat, runs.items(), strict=False)):
             draw_torques(axes, run)
             handles = axes.get_legend_handles_labels()
             axes.get_legend().remove()
             exploded = abs(run.tau).max() > common
-            axes.set_title(plain_text(label) + (" (scale of its own)" if exploded else ""))
+            axes.set_title(plain_text(label) + (f" ({_own_scale(axes)})" if exploded else ""))
+            axes.set_ylabel("torque (N m)" if index % COLUMNS == 0 else "")
             if not exploded:
                 axes.set_ylim(-limit, limit)
-            axes.label_outer(remove_inner_ticks=False)
-            axes.yaxis.set_tick_params(labelleft=True)
+            lowest = index + COLUMNS >= len(runs)
+            axes.xaxis.set_tick_params(labelbottom=lowest)
+            axes.set_xlabel("time (s)" if lowest else "")
         for axes in list(panels.flat)[len(runs) :]:
             axes.set_visible(False)
         figure.legend(*handles, loc="outside lower center", ncols=7)
         figure.suptitle(plain_text(title))
         return figure
+
+
+def _own_scale(axes: Any) -> str:
+    """Say how a panel that is not on the common scale is drawn."""
+    if axes.get_yscale() == "linear":
+        return "scale of its own"
+    return f"log beyond ±{axes.yaxis.get_transform().linthresh:g} N m"
 
 
 def _cells(label: str, summary: Mapping[str, Any]) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..analysis.metrics import total_variation
 from ..files import atomic_path
 from ..simulation import Run
 from .panels import (
@@ -19,6 +20,7 @@ from .panels import (
     draw_torques,
     drawing_plane,
     minor_unit,
+    motion_shape,
 )
 from .style import COLOURS, DASHES, law_name, style
 
@@ -71,14 +73,16 @@ def comparison_figure(runs: Mapping[str, Run], title: str = "") -> Any:
     from matplotlib.figure import Figure
 
     with style():
-        figure: Any = Figure(figsize=(12.0, 7.2), layout="constrained")
-        top, bottom = figure.subfigures(2, 1, height_ratios=(1.0, 1.4))
-        motions = top.subplots(1, len(runs), sharex=True, sharey=True, squeeze=False)[0]
         plane = drawing_plane(runs.values())
+        upper = 1.2 + min(10.0 / len(runs) * motion_shape(runs.values(), plane), 2.4)
+        figure: Any = Figure(figsize=(12.0, upper + 4.2), layout="constrained")
+        top, bottom = figure.subfigures(2, 1, height_ratios=(upper, 4.2))
+        motions = top.subplots(1, len(runs), sharex=True, sharey=True, squeeze=False)[0]
         for axes, (label, run) in zip(motions, runs.items(), strict=True):
             time_colour = draw_arm_motion(axes, run, plane, _end(runs.values()))
             axes.set_title(law_name(label), fontsize=11.0 if len(runs) <= 4 else 9.0)
             axes.label_outer()
+            axes.locator_params(axis="y", nbins=5)
             if axes.get_legend() is not None:
                 axes.get_legend().remove()
         top.colorbar(time_colour, ax=motions, label="time (s)", shrink=0.8)
@@ -94,12 +98,23 @@ def comparison_figure(runs: Mapping[str, Run], title: str = "") -> Any:
         self_motion.set(title="self-motion", ylabel=r"$\|\dot{\theta}_H\|$ (rad/s)", xlabel="time (s)")
         minor.set(title="distance to the aspect's border", ylabel=f"min$_i\\,|\\delta_i|$ ({unit})", xlabel="time (s)")
         minor.set_ylim(bottom=0.0)
+        for axes in (torque, self_motion, minor):
+            _put_steady_curves_in_front(axes)
+            axes.set_xlim(0.0, _end(runs.values()))
         _use_log_scale(torque, bottom=None)
         _use_log_scale(self_motion, bottom=1e-6)
         bottom.legend(*torque.get_legend_handles_labels(), loc="outside upper center", ncols=len(runs))
         if title:
             top.suptitle(title)
         return figure
+
+
+def _put_steady_curves_in_front(axes: Any) -> None:
+    """Let no curve that goes up and down a thousand times hide one that does not."""
+    for curve in axes.get_lines():
+        values = np.asarray(curve.get_ydata(), dtype=np.float64)
+        variation = total_variation(values[np.isfinite(values), np.newaxis])
+        curve.set_zorder(2.0 + 1.0 / (1.0 + float(variation[0])))
 
 
 def _use_log_scale(axes: Any, bottom: float | None) -> None:

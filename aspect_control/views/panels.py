@@ -24,6 +24,9 @@ LEGEND_COLUMNS = 4
 MOST_NAMED = 8
 """The most curves of one panel that are named in its legend."""
 
+LOGARITHMIC_FROM = 300.0
+"""Ratio of the largest to the median magnitude in a panel from which its scale is logarithmic."""
+
 
 def drawing_plane(runs: Iterable[Run]) -> tuple[int, int]:
     """Return the two world axes, 0 to 2, in which runs of one arm are drawn side by side.
@@ -60,7 +63,7 @@ def draw_arm_motion(axes: Any, run: Run, plane: tuple[int, int], end: float) -> 
     for i in _stick_samples(run):
         points = run.arm.skeleton(run.q[i])[:, columns]
         axes.plot(*points.T, color=colour.to_rgba(run.t[i]), linewidth=1.1, marker="o", markersize=2.2)
-    path = _desired_positions(run)[:, columns]
+    path = desired_positions(run)[:, columns]
     if np.isfinite(path).all():
         axes.plot(*path.T, color=COLOURS[1], linestyle="--", linewidth=1.4, label="desired path")
         _legend_above(axes)
@@ -73,6 +76,7 @@ def draw_torques(axes: Any, run: Run) -> None:
     for joint, torque in enumerate(run.tau.T):
         axes.plot(run.t, torque, color=COLOURS[joint % 7], linestyle=DASHES[joint % 7], label=f"joint {joint + 1}")
     axes.set(xlabel="time (s)", ylabel="torque (N m)")
+    use_signed_log_scale(axes, run.tau)
     _legend_above(axes)
 
 
@@ -116,7 +120,36 @@ def draw_maciejewski_product(axes: Any, run: Run) -> None:
         )
         _legend_above(axes)
     axes.set(xlabel="time (s)", ylabel=r"$\dot{\theta}_H \cdot \ddot{\theta}_H$ (rad$^2$/s$^3$)")
-    axes.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3), useMathText=True)
+    if not use_signed_log_scale(axes, run.maciejewski_product):
+        axes.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3), useMathText=True)
+
+
+def use_signed_log_scale(axes: Any, values: Array) -> bool:
+    """Make the vertical axis logarithmic on both sides of zero if the values explode, and say so in its label.
+
+    Args:
+        axes: The axes, labelled.
+        values: What they show.
+
+    Returns:
+        Whether the largest magnitude is more than `LOGARITHMIC_FROM` times the median one.
+    """
+    magnitudes = np.abs(values)
+    typical, largest = float(np.median(magnitudes)), float(magnitudes.max())
+    if not largest > LOGARITHMIC_FROM * typical > 0.0:
+        return False
+    linear = 10.0 ** round(np.log10(typical))
+    axes.set_yscale("symlog", linthresh=linear)
+    axes.yaxis.get_major_locator().set_params(numticks=7)
+    axes.set_ylabel(f"{axes.get_ylabel()}, log beyond ±{linear:g}")
+    return True
+
+
+def motion_shape(runs: Iterable[Run], plane: tuple[int, int]) -> float:
+    """Return the height over the width of what the arms of several runs sweep in a plane."""
+    points = np.concatenate([run.arm.skeleton(run.q[i]) for run in runs for i in _stick_samples(run)])
+    width, height = np.ptp(points[:, list(plane)], axis=0)
+    return float(height / max(width, 1e-9))
 
 
 def minor_unit(arm: Arm) -> str:
@@ -130,13 +163,23 @@ def _stick_samples(run: Run) -> range:
     return range(0, len(run.t), max(1, round(STICK_INTERVAL / run.info.dt)))
 
 
-def _desired_positions(run: Run) -> Array:
+def desired_positions(run: Run) -> Array:
     """Return the desired path in the world frame, shape (k, 3), m; NaN in directions that are free."""
-    path = np.full((len(run.t), 3), np.nan)
-    rows = run.arm.coordinates.position_rows
-    axes = [run.arm.coordinates.rows[row] for row in rows]
-    # A pose is recorded as x, y, z and a quaternion; positions as the task's own rows.
-    path[:, axes] = run.x_desired[:, axes if run.arm.coordinates.has_rotation else rows]
+    return world_positions(run.arm, run.x_desired)
+
+
+def world_positions(arm: Arm, values: Array) -> Array:
+    """Return task values as positions in the world frame, shape (k, 3), m; NaN in directions that are free.
+
+    Args:
+        arm: The arm.
+        values: Encoded task values, shape (k, m) or (k, 7); see `Task.encode`.
+    """
+    path = np.full((len(values), 3), np.nan)
+    rows = arm.coordinates.position_rows
+    axes = [arm.coordinates.rows[row] for row in rows]
+    # A pose is encoded as x, y, z and a quaternion; positions as the task's own rows.
+    path[:, axes] = values[:, axes if arm.coordinates.has_rotation else rows]
     return path
 
 

@@ -1,0 +1,1 @@
+"""The three-dimensional scene of a replay: robots, pages and the live server."""

@@ -136,12 +136,16 @@ def test_the_links_of_the_exploding_arm_change_colour(two):
     assert all(one != other for one, other in zip(calm, two.run(colour), strict=True))
 
 
-def test_a_robot_of_meshes_is_drawn_and_moves(browser, tmp_path):
-    runs = {}
-    load_scenario(Path("panda-xyz"), ["simulation.dt=0.005"]).run_each(runs.__setitem__)
-    views.replay(runs["jmdc"], tmp_path / "panda.html")
+@pytest.mark.parametrize("scenario", ["panda-xyz", "ur5-xyz"])
+def test_a_robot_of_meshes_is_drawn_whole_and_moves(browser, tmp_path, scenario):
+    described = load_scenario(Path(scenario), ["simulation.dt=0.005"])
+    arm = described.arm()
+    run = ac.simulate(
+        described.laws(arm)["jmdc"], described.trajectory.build(), q0=described.start_configuration(arm), dt=5e-3
+    )
+    views.replay(run, tmp_path / "replay.html")
     page = browser()
-    page.open((tmp_path / "panda.html").as_uri())
+    page.open((tmp_path / "replay.html").as_uri())
     page.seek(0.0)
     early = page.picture()
     page.seek(0.9)
@@ -149,6 +153,14 @@ def test_a_robot_of_meshes_is_drawn_and_moves(browser, tmp_path):
     page.show("meshcat/run0/robot", False)
     assert changed(late, page.picture()).sum() > 5000
     assert changed(early, late).sum() > 1000
+    undrawable = page.run("""() => {
+      let count = 0;
+      viewer.scene.traverse((part) => {
+        if (part.isMesh) count += [part.material].flat().filter((material) => !material?.isMaterial).length;
+      });
+      return count;
+    }""")
+    assert undrawable == 0
     assert page.complaints == []
 
 

@@ -33,6 +33,14 @@ async function drawScene() {
   }
 }
 
+// meshcat 0.3.2 merges the meshes of a Collada file, but leaves the materials of a mesh that has several in a list of
+// their own, and three.js draws nothing for a list within a list: the first of them stands for all.
+function mendMaterials() {
+  viewer.scene.traverse((part) => {
+    if (Array.isArray(part.material)) part.material = part.material.map((material) => [material].flat()[0]);
+  });
+}
+
 function drawGround() {
   viewer.set_property(["Background"], "top_color", [1, 1, 1]);
   viewer.set_property(["Background"], "bottom_color", [0.9, 0.92, 0.95]);
@@ -344,6 +352,7 @@ function legend() {
 async function main() {
   drawGround();
   await drawScene();
+  mendMaterials();
   const views = data.runs.map((run, index) => new RunView(run, index));
   fitScale(data.runs.flatMap((run) => run.samples.flatMap((sample) => sample.torque)));
   views.forEach((each) => each.drawDecades());

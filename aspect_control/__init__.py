@@ -4,7 +4,7 @@ After W. J. Chung, W. K. Chung and Y. Youm, "Analysis of Dynamic Performance of 
 Concept of Aspects". Equation numbers in this package are the paper's.
 """
 
-from . import controllers, redundancy, simulation
+from . import controllers, criteria, redundancy, simulation
 from .arm import Arm, ArmState
 from .exceptions import AspectControlError
 from .simulation import Run, simulate
@@ -24,6 +24,7 @@ __all__ = [
     "Trajectory",
     "Waypoints",
     "controllers",
+    "criteria",
     "redundancy",
     "simulate",
     "simulation",

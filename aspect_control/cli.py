@@ -232,6 +232,22 @@ def list_controllers() -> None:
     )
 
 
+@app.command("criteria")
+def list_criteria() -> None:
+    """List the criteria H(q) that resolved-motion and jmdc can climb, with their parameters and defaults."""
+    from . import criteria
+    from .views.screen import show_table
+
+    show_table(
+        ("criterion", "parameters", "what it is"),
+        [
+            (name, criteria.describe_parameters(each), next(iter((each.__doc__ or "").strip().splitlines()), ""))
+            for name in criteria.available()
+            for each in [criteria.find(name)]
+        ],
+    )
+
+
 def main() -> None:
     """Run the command line; bad input ends in one line on standard error and exit status 2."""
     warnings.showwarning = _show_warning

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arm import Arm, ArmState
+from ..criteria import Criterion
 from ..redundancy import (
     Array,
     aspect_signature,
@@ -101,6 +102,14 @@ class Run:
     def aspect_signatures(self) -> NDArray[np.int8]:
         """Sign of each minor: −1, 0 on a border, or 1, shape (k, p)."""
         return aspect_signature(self.jacobians, self.arm.minor_columns)
+
+    def values_of(self, criterion: Criterion) -> Array:
+        """Return H of a criterion at every sample, shape (k,), in its own unit.
+
+        Args:
+            criterion: A criterion of the arm, such as `criteria.create("joint-range", run.arm)`.
+        """
+        return self._stack((np.array(criterion.value(state)) for state in self._states), ())
 
     @cached_property
     def homogeneous_velocity(self) -> Array:

@@ -88,8 +88,9 @@ def run(
         typer.Option("--set", help="Change a field: simulation.dt=5e-4, controller.kp=200, controller.jmdc.kappa=0."),
     ] = None,
 ) -> None:
-    """Run the laws of a scenario and write runs, figures and a summary."""
-    from .analysis import summarize
+    """Run the laws of a scenario and write runs, figures and a summary; warn of a border of the aspect ahead."""
+    from .analysis import summarize, warn_of_border_ahead
+    from .controllers import Controller
     from .files import output_folder, write_text
     from .scenario import load_scenario
     from .simulation import Run
@@ -105,8 +106,13 @@ def run(
         runs[label] = finished
         finished.save(folder / f"{label}.npz")
 
+    def look_ahead(label: str, law: Controller) -> None:
+        q0, trajectory = described.start_configuration(law.arm), described.trajectory.build()
+        dt, v0 = described.simulation.dt, described.start.velocities
+        warn_of_border_ahead(law, trajectory, q0=q0, v0=v0, dt=dt, label=label)
+
     with progress_bar() as progress:
-        described.run_each(keep, progress)
+        described.run_each(keep, progress, look_ahead)
         progress("summary and figures", 1.0)
         summary = {label: summarize(each) for label, each in runs.items()}
         write_text(folder / "summary.json", _json({"scenario": scenario.stem, "controllers": summary}))

@@ -17,14 +17,17 @@ from .criteria import (
 from .minors import (
     MAX_MINORS,
     aspect_signature,
+    border_distance,
     border_tolerance,
     manipulability,
     manipulability_gradient,
     minor_columns,
     minor_measure,
     minor_measure_gradient,
+    minor_rates,
     minors,
     structural_minor_columns,
+    time_to_border,
 )
 from .pseudoinverse import null_space_basis, null_space_projector, pseudoinverse
 from .stability import homogeneous_acceleration, homogeneous_velocity
@@ -40,6 +43,7 @@ __all__ = [
     "MAX_MINORS",
     "Array",
     "aspect_signature",
+    "border_distance",
     "border_tolerance",
     "box_distance",
     "dynamically_consistent_null_torque",
@@ -58,6 +62,7 @@ __all__ = [
     "minor_columns",
     "minor_measure",
     "minor_measure_gradient",
+    "minor_rates",
     "minors",
     "null_space_basis",
     "null_space_projector",
@@ -67,6 +72,7 @@ __all__ = [
     "sphere_distance",
     "structural_minor_columns",
     "task_acceleration",
+    "time_to_border",
     "velocity_compatibility",
     "velocity_compatibility_gradient",
 ]

@@ -137,12 +137,18 @@ class Scenario(Section):
         self.run_each(runs.__setitem__, progress)
         return runs
 
-    def run_each(self, keep: Callable[[str, Run], None], progress: Callable[[str, float], None] | None = None) -> None:
+    def run_each(
+        self,
+        keep: Callable[[str, Run], None],
+        progress: Callable[[str, float], None] | None = None,
+        before: Callable[[str, Controller], None] | None = None,
+    ) -> None:
         """Run every law and hand each run over as soon as it is there.
 
         Args:
             keep: Called with label and run.
             progress: As for `run`.
+            before: Called with the label and the law before each run.
 
         Raises:
             AspectControlError: If the scenario does not fit the robot.
@@ -151,6 +157,8 @@ class Scenario(Section):
         q0, laws, trajectory = self.start_configuration(arm), self.laws(arm), self.trajectory.build()
         saturation = None if self.simulation.saturation is None else torque_numbers(self.simulation.saturation, arm)
         for i, (label, law) in enumerate(laws.items()):
+            if before is not None:
+                before(label, law)
             keep(
                 label,
                 simulate(

@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from example_arms import example_arm, random_postures, serial_chain, slopes
-from hypothesis import given
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 import aspect_control as ac
@@ -29,7 +29,7 @@ from aspect_control.exceptions import (
     UndefinedCriterionWarning,
     UnknownNameError,
 )
-from aspect_control.redundancy import box_distance, repulsive_potential, sphere_distance
+from aspect_control.redundancy import border_distance, box_distance, minors, repulsive_potential, sphere_distance
 from aspect_control.scenario import load_scenario
 
 COMMAND = str(Path(sys.executable).with_name("aspect-control"))
@@ -120,6 +120,24 @@ def test_gradient_is_the_slope_of_the_value(robot, name):
         np.testing.assert_allclose(gradient, expected, rtol=0, atol=1e-6 * max(scale, 1e-3))
         checked += scale > 0.0
     assert checked >= 8
+
+
+@pytest.mark.parametrize("robot", ["planar3r", "panda"])
+@given(st.lists(st.floats(-2.8, 2.8), min_size=7, max_size=7))
+@settings(max_examples=15, suppress_health_check=[HealthCheck.filter_too_much])
+def test_gradient_is_the_slope_of_the_value_in_any_posture_where_it_is_smooth(robot, angles):
+    arm = example_arm(robot, "xy" if robot == "planar3r" else "xyz")
+    q = arm.configuration(angles[: arm.nv])
+    J = arm.jacobian(q)
+    sigma = np.linalg.svd(J, compute_uv=False)
+    # Off the singular poses, the borders and the ridges: where H is smooth.
+    assume(sigma[-1] > 0.05 * sigma[0] and np.min(-np.diff(sigma)) > 0.05 * sigma[0])
+    near = border_distance(minors(J, arm.minor_columns), arm.minor_scales) < 0.02
+    for name in sorted(set(NAMES) - {"potential"} - ({"minor-measure"} if near else set())):
+        criterion = criterion_of(name, arm)
+        gradient = criterion.gradient(at(arm, q))
+        expected = slopes(arm, lambda p, of=criterion: of.value(at(arm, p)), q)
+        np.testing.assert_allclose(gradient, expected, rtol=0, atol=1e-6 * np.linalg.norm(gradient), err_msg=name)
 
 
 def near_a_seam(criterion, q):
@@ -298,6 +316,7 @@ def test_an_obstacle_around_the_base_is_no_obstacle(planar):
         ({"name": "potential", "influence": 0}, ParameterError, "needs at least one obstacle"),
         ({"name": "potential", **OBSTACLES, "influence": 0}, ParameterError, "influence must be .* above 0 m, got 0"),
         ({"name": "potential", **OBSTACLES, "spacing": -1}, ParameterError, "spacing must be .* above 0 m, got -1"),
+        ({"name": "potential", **OBSTACLES, "spacing": 1e-9}, ParameterError, "makes 3e.09 points of 3 m of links; at"),
         ({"name": "potential", "spheres": {"radius": 1}}, ParameterError, "spheres must be a list of Sphere or of tab"),
         (
             {"name": "potential", "spheres": [3]},

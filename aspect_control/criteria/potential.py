@@ -15,6 +15,9 @@ from ..redundancy import Array, repulsive_potential
 from .criterion import Criterion
 from .obstacles import Box, Obstacle, Sphere, obstacles_of
 
+MAX_POINTS = 10_000
+"""The most points of an arm that are kept away from obstacles: each is looked at at every sample."""
+
 
 class Potential(Criterion):
     """H = −Σ ½(1/ρ − 1/ρ₀)² over points of the arm and obstacles with ρ < ρ₀: the artificial potential, negative.
@@ -55,7 +58,8 @@ class Potential(Criterion):
             spacing: Largest distance between neighbouring points of the arm, m.
 
         Raises:
-            ParameterError: If there is no obstacle, one has no size, or a distance is not above zero.
+            ParameterError: If there is no obstacle, one has no size, a distance is not above zero, or the spacing would
+                make more than `MAX_POINTS` points.
             UnknownNameError: If a mapping has a field that the obstacle has not.
             ShapeError: If a centre, a size or an orientation has not three entries.
             NonFiniteError: If an entry is not finite.
@@ -133,8 +137,15 @@ class Potential(Criterion):
         arm = self.arm
         posture = arm.configuration(np.random.default_rng(0).uniform(-1.0, 1.0, arm.nv))
         corners = np.eye(arm.nv + 1)
+        lengths = np.linalg.norm(np.diff(arm.skeleton(posture), axis=0), axis=1)
+        total = lengths.sum()
+        if total / self.spacing > MAX_POINTS:
+            raise ParameterError(
+                f"a spacing of {self.spacing:g} m makes {total / self.spacing:.3g} points of {total:.3g} m of links; at "
+                f"most {MAX_POINTS:,} are followed: give at least {total / MAX_POINTS:.1g} m"
+            )
         rows = []
-        for i, length in enumerate(np.linalg.norm(np.diff(arm.skeleton(posture), axis=0), axis=1)):
+        for i, length in enumerate(lengths):
             shares = np.linspace(0.0, 1.0, int(np.ceil(length / self.spacing - 1e-9)), endpoint=False)
             rows += [(1.0 - share) * corners[i] + share * corners[i + 1] for share in shares]
         weights = np.array([*rows, corners[-1]])

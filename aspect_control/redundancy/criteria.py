@@ -195,7 +195,7 @@ def repulsive_potential(distance: Array, influence: float) -> tuple[Array, Array
     nearest = CONTACT * influence
     rho = np.clip(distance, nearest, influence)
     excess = 1.0 / rho - 1.0 / influence
-    slope = -excess / rho**2
+    slope = -excess / rho / rho
     return 0.5 * excess**2 + slope * np.minimum(distance - nearest, 0.0), slope
 
 

@@ -141,8 +141,8 @@ class Potential(Criterion):
         total = lengths.sum()
         if total / self.spacing > MAX_POINTS:
             raise ParameterError(
-                f"a spacing of {self.spacing:g} m makes {total / self.spacing:.3g} points of {total:.3g} m of links; at "
-                f"most {MAX_POINTS:,} are followed: give at least {total / MAX_POINTS:.1g} m"
+                f"a spacing of {self.spacing:g} m makes {total / self.spacing:.3g} points of {total:.3g} m of links; "
+                f"at most {MAX_POINTS:,} are followed: give at least {total / MAX_POINTS:.1g} m"
             )
         rows = []
         for i, length in enumerate(lengths):

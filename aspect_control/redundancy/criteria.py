@@ -128,13 +128,12 @@ def velocity_compatibility_gradient(J: Array, dJ: Array, direction: Array) -> Ar
     Returns:
         ∇H, shape (n,), in the unit of H per rad (per m for a prismatic joint). Never NaN.
     """
-    value = velocity_compatibility(J, direction)
     U, sigma, _ = np.linalg.svd(J, full_matrices=False)
-    kept = sigma > RANK_TOLERANCE * sigma[0]
-    if value == 0.0 or not kept.any():
+    weight, kept = U.T @ direction, sigma > RANK_TOLERANCE * sigma[0]
+    if not kept.any() or np.any(np.abs(weight[~kept]) > RANK_TOLERANCE):
         return np.zeros(J.shape[1])
-    U, sigma = U[:, kept], sigma[kept]
-    w = value * (U @ (U.T @ direction / sigma**2))
+    slowness = weight[kept] / sigma[kept]
+    w = U[:, kept] @ (slowness / sigma[kept]) / (slowness @ slowness)
     gradient: Array = 2.0 * np.einsum("i,ijk,j->k", w, dJ, J.T @ w)
     return gradient
 

@@ -39,7 +39,7 @@ class AspectBorderWarning(UserWarning):
 
 
 class UndefinedCriterionWarning(UserWarning):
-    """A criterion has no gradient where a motion starts, and does nothing there."""
+    """A criterion has no definite gradient where a motion starts."""
 
 
 class UndefinedCriterionError(AspectControlError):

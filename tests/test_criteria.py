@@ -258,7 +258,7 @@ def test_nothing_is_nan_where_the_arm_is_stretched_or_inside_of_an_obstacle(name
 def test_a_start_at_a_singular_pose_is_a_warning_at_the_call_of_reset(planar, name):
     law = controllers.ResolvedMotion(planar, criterion={"name": name, **parameters_of(name, planar)})
     with pytest.warns(
-        UndefinedCriterionWarning, match=f"'{name}' does nothing at the start: the pose is sing"
+        UndefinedCriterionWarning, match=f"'{name}' has no definite gradient at the start: the pose"
     ) as caught:
         law.reset(np.zeros(3), np.zeros(3), 1e-3)
     assert [each.filename for each in caught] == [__file__]

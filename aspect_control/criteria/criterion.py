@@ -36,7 +36,7 @@ class Criterion(ABC):
     def start(self, q: Array) -> None:
         """Prepare for a motion that starts at q, shape (nq,), rad.
 
-        A criterion that has no gradient there is reported by an `UndefinedCriterionWarning`; its gradient is zero.
+        A criterion that has no definite gradient there is reported by an `UndefinedCriterionWarning`.
 
         Raises:
             UndefinedCriterionError: If the criterion has no meaning there at all.
@@ -44,13 +44,13 @@ class Criterion(ABC):
         reason = self.without_gradient(q)
         if reason is not None:
             warnings.warn(
-                f"the criterion {self.name!r} does nothing at the start: {reason}",
+                f"the criterion {self.name!r} has no definite gradient at the start: {reason}",
                 UndefinedCriterionWarning,
                 stacklevel=4,
             )
 
     def without_gradient(self, q: Array) -> str | None:
-        """Return why H has no gradient at q, shape (nq,), rad, in words; None if it has one."""
+        """Return why H has no definite gradient at q, shape (nq,), rad, in words; None if it has one."""
         return None
 
     @abstractmethod

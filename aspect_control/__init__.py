@@ -9,7 +9,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from . import controllers, redundancy, simulation
+from . import controllers, criteria, redundancy, simulation
 from .arm import Arm, ArmState
 from .exceptions import AspectControlError
 from .simulation import Run, simulate
@@ -32,6 +32,7 @@ __all__ = [
     "Trajectory",
     "Waypoints",
     "controllers",
+    "criteria",
     "redundancy",
     "simulate",
     "simulation",

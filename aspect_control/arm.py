@@ -454,6 +454,26 @@ class Arm:
         joints = [self._data.oMi[i].translation for i in range(1, self.model.njoints)]
         return np.array([*joints, tip.translation])
 
+    def skeleton_jacobians(self, q: ArrayLike) -> Array:
+        """Return the derivatives of `skeleton` with respect to the joint coordinates.
+
+        Args:
+            q: Joint configuration, shape (nq,), rad.
+
+        Returns:
+            Jacobian of each point in the world frame, shape (nv + 1, 3, nv).
+
+        Raises:
+            ShapeError: If q has the wrong shape.
+            NonFiniteError: If q holds NaN or infinity.
+        """
+        model, data, frame = self.model, self._data, self._frame_id
+        pin.computeJointJacobians(model, data, self.checked_configuration(q))
+        pin.updateFramePlacement(model, data, frame)
+        joints = [pin.getJointJacobian(model, data, i, _WORLD_ALIGNED) for i in range(1, model.njoints)]
+        tip = pin.getFrameJacobian(model, data, frame, _WORLD_ALIGNED)
+        return np.array([each.reshape(6, self.nv)[:3] for each in (*joints, tip)])
+
     def configuration(self, positions: ArrayLike) -> Array:
         """Return the configuration q of given joint positions.
 

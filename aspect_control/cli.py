@@ -104,8 +104,9 @@ def run(
     host: Host = "127.0.0.1",
     port: Port = 7000,
 ) -> None:
-    """Run the laws of a scenario and write runs, figures, a replay and a summary."""
-    from .analysis import summarize
+    """Run the laws of a scenario and write runs, figures, a replay and a summary; warn of a border of the aspect ahead."""
+    from .analysis import summarize, warn_of_border_ahead
+    from .controllers import Controller
     from .files import output_folder, write_text
     from .scenario import load_scenario
     from .simulation import Run
@@ -122,9 +123,14 @@ def run(
         runs[label] = finished
         finished.save(folder / f"{label}.npz")
 
+    def look_ahead(label: str, law: Controller) -> None:
+        q0, trajectory = described.start_configuration(law.arm), described.trajectory.build()
+        dt, v0 = described.simulation.dt, described.start.velocities
+        warn_of_border_ahead(law, trajectory, q0=q0, v0=v0, dt=dt, label=label)
+
     with progress_bar() as progress:
         with view or nullcontext():
-            described.run_each(keep, progress, None if view is None else view.watch)
+            described.run_each(keep, progress, look_ahead, None if view is None else view.watch)
         progress("summary and figures", 1.0)
         summary = {label: summarize(each) for label, each in runs.items()}
         write_text(folder / "summary.json", _json({"scenario": scenario.stem, "controllers": summary}))
@@ -280,6 +286,22 @@ def list_controllers() -> None:
             (name, controllers.describe_parameters(law), next(iter((law.__doc__ or "").strip().splitlines()), ""))
             for name in controllers.available()
             for law in [controllers.find(name)]
+        ],
+    )
+
+
+@app.command("criteria")
+def list_criteria() -> None:
+    """List the criteria H(q) that resolved-motion and jmdc can climb, with their parameters and defaults."""
+    from . import criteria
+    from .views.screen import show_table
+
+    show_table(
+        ("criterion", "parameters", "what it is"),
+        [
+            (name, criteria.describe_parameters(each), next(iter((each.__doc__ or "").strip().splitlines()), ""))
+            for name in criteria.available()
+            for each in [criteria.find(name)]
         ],
     )
 

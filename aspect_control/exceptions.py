@@ -35,7 +35,15 @@ class TooManyMinorsError(AspectControlError):
 
 
 class AspectBorderWarning(UserWarning):
-    """A motion starts on the border of an aspect."""
+    """A motion starts on the border of an aspect, or is about to come near one."""
+
+
+class UndefinedCriterionWarning(UserWarning):
+    """A criterion has no definite gradient where a motion starts."""
+
+
+class UndefinedCriterionError(AspectControlError):
+    """A criterion is not defined where a motion starts."""
 
 
 class DrawingWarning(UserWarning):
@@ -44,6 +52,10 @@ class DrawingWarning(UserWarning):
 
 class ControllerLoadError(AspectControlError):
     """An installed law cannot be imported."""
+
+
+class CriterionLoadError(AspectControlError):
+    """An installed criterion cannot be imported."""
 
 
 class NotResetError(AspectControlError):
@@ -117,6 +129,12 @@ class ControllerNotFoundError(UnknownNameError):
     """No control law is registered under that name."""
 
     kind = "controller"
+
+
+class CriterionNotFoundError(UnknownNameError):
+    """No criterion is registered under that name."""
+
+    kind = "criterion"
 
 
 def _quoted(names: Iterable[str]) -> str:

@@ -257,6 +257,7 @@ OF_A_CONFIGURATION = (
     "positions",
     "require_within_limits",
     "skeleton",
+    "skeleton_jacobians",
     "state",
     "task_position",
 )

@@ -311,7 +311,7 @@ def test_only_the_modified_law_switches():
 
 def test_parameter_names_leave_the_arm_out():
     assert controllers.parameter_names(controllers.Pseudoinverse) == ("kp", "kv")
-    assert controllers.parameter_names(controllers.JMinorDynamicControl) == ("kp", "kv", "kappa")
+    assert controllers.parameter_names(controllers.JMinorDynamicControl) == ("kp", "kv", "kappa", "criterion")
 
 
 def test_unknown_law_names_the_nearest_and_lists_all(planar):

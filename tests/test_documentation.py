@@ -49,6 +49,26 @@ def test_the_python_examples_of_the_page_on_robots_run_and_print_what_it_says(ca
     assert capsys.readouterr().out == re.search(r"```text\n(.*?)```", text, re.DOTALL)[1]
 
 
+def test_the_page_of_criteria_says_what_its_examples_print(tmp_path, capsys):
+    text = (ROOT / "docs" / "criteria.md").read_text()
+    scenario, table = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
+    shown, *printed = re.findall(r"```text\n(.*?)```", text, re.DOTALL)
+    names: dict[str, object] = {}
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(block, names)  # noqa: S102
+    assert capsys.readouterr().out == "".join(printed)
+    (tmp_path / "circles.toml").write_text(scenario)
+    for label, run in load_scenario(tmp_path / "circles.toml").run().items():
+        peak, error, status = re.search(rf"^{label} +([\d.]+) N m .* (\d+) mm +(.+?) *$", shown, re.MULTILINE).groups()
+        assert run.status == status
+        assert max(summarize(run)["peak_torque"]) == pytest.approx(float(peak), rel=5e-3)
+        assert 1e3 * run.tracking_error.max() == pytest.approx(float(error), rel=0.05)
+    (tmp_path / "circles.toml").write_text(scenario.split("[[controllers]]")[0] + table)
+    described = load_scenario(tmp_path / "circles.toml")
+    (law,) = described.laws(described.arm()).values()
+    assert len(law.criterion.obstacles) == 2
+
+
 def test_the_scenario_on_the_page_of_scenarios_runs(tmp_path):
     text = (ROOT / "docs" / "scenarios.md").read_text()
     (tmp_path / "shown.toml").write_text(re.search(r"```toml\n(.*?)```", text, re.DOTALL)[1])

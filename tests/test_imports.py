@@ -79,6 +79,11 @@ def test_arm_knows_no_controller():
     assert not [name for name in everything_imported_by("aspect_control.arm") if in_any(name, "controllers")]
 
 
+def test_criteria_know_the_arm_and_no_controller():
+    reached = everything_imported_by("aspect_control.criteria")
+    assert not [name for name in reached if in_any(name, "controllers", "simulation", "analysis", "views", "cli")]
+
+
 def test_controllers_never_import_the_simulation():
     reached = everything_imported_by("aspect_control.controllers")
     assert not [name for name in reached if in_any(name, "simulation", "analysis", "views", "cli")]

@@ -305,7 +305,7 @@ def test_an_integrator_of_one_s_own_can_be_given():
 def test_how_the_run_came_about_is_recorded():
     info = simulate(law("jmdc", kappa=0.002), A, q0=Q0, dt=0.02).info
     assert (info.controller, info.dt, info.integrator, info.status) == ("jmdc", 0.02, "rk4", "finished")
-    assert info.parameters == {"kp": 100.0, "kv": 20.0, "kappa": 0.002}
+    assert info.parameters == {"kp": 100.0, "kv": 20.0, "kappa": 0.002, "criterion": "minor-measure"}
     assert info.trajectory == repr(A)
     assert set(info.versions) == {"python", "aspect-control", "pin", "numpy"}
 

@@ -16,6 +16,7 @@ from aspect_control.analysis import summarize
 
 COMMAND = str(Path(sys.executable).with_name("aspect-control"))
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+CRITERIA = (Path(__file__).parents[1] / "docs" / "criteria.md").read_text(encoding="utf-8")
 LAW = "damped-self-motion"
 
 PYPROJECT = """
@@ -30,6 +31,9 @@ dependencies = ["aspect-control"]
 
 [project.entry-points."aspect_control.controllers"]
 damped-self-motion = "a_law_of_mine:DampedSelfMotion"
+
+[project.entry-points."aspect_control.criteria"]
+elbow-height = "a_law_of_mine:ElbowHeight"
 
 [tool.hatch.build.targets.wheel]
 only-include = ["a_law_of_mine.py"]
@@ -77,7 +81,10 @@ def installed(tmp_path_factory):
     source, site = folder / "source", folder / "site"
     source.mkdir()
     (law,) = [block for block in re.findall(r"```python\n(.*?)```", README, re.DOTALL) if f'name = "{LAW}"' in block]
-    (source / "a_law_of_mine.py").write_text(f'"""A law of mine."""\n\n{law}', encoding="utf-8")
+    (criterion,) = [
+        block for block in re.findall(r"```python\n(.*?)```", CRITERIA, re.DOTALL) if "class Elbow" in block
+    ]
+    (source / "a_law_of_mine.py").write_text(f'"""A law of mine."""\n\n{law}\n\n{criterion}', encoding="utf-8")
     (source / "pyproject.toml").write_text(PYPROJECT, encoding="utf-8")
     (folder / "mine.toml").write_text(SCENARIO, encoding="utf-8")
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"]
@@ -136,6 +143,23 @@ print(json.dumps([type(law).__module__, law.name, law.parameters, law.torque(q, 
     same = ac.controllers.DampedNullSpace(arm, kp=150.0, damping=5.0)
     target = ac.Target(x=arm.task_position(q), dx=[0.1, 0.0, 0.0], ddx=[0.0, 0.2, 0.0])
     np.testing.assert_allclose(tau, same.torque(q, v, target), rtol=0, atol=1e-12)
+
+
+def test_a_law_climbs_a_criterion_of_the_package(installed):
+    code = """
+import json
+import aspect_control as ac
+
+arm = ac.Arm.from_example("ur5", frame="tool0", task="xyz")
+law = ac.controllers.create("jmdc", arm, kappa=0.5, criterion="elbow-height")
+run = ac.simulate(law, ac.Hold(0.2), q0=[0.4, -1.2, 1.5, -0.7, 0.9, 0.3], dt=0.01)
+print(json.dumps([ac.criteria.available(), run.info.parameters["criterion"], run.values_of(law.criterion).tolist()]))
+"""
+    names, specification, heights = python(code, installed, installed.there)
+    assert "elbow-height" in names
+    assert specification == "elbow-height"
+    assert heights == sorted(heights)
+    assert heights[-1] > heights[0] + 1e-4
 
 
 def test_the_registry_refuses_what_the_law_does_not_take(installed):

@@ -1,5 +1,6 @@
 """What is computed from runs."""
 
+from .border_ahead import BorderAhead, border_ahead, preview, warn_of_border_ahead
 from .limit import ContinuousLimit, continuous_limit
 from .metrics import (
     ZeroCrossing,
@@ -12,13 +13,17 @@ from .metrics import (
 )
 
 __all__ = [
+    "BorderAhead",
     "ContinuousLimit",
     "ZeroCrossing",
     "aspect_preserved",
+    "border_ahead",
     "continuous_limit",
     "intervals",
     "minor_zero_crossings",
     "peak_torque",
+    "preview",
     "summarize",
     "total_variation",
+    "warn_of_border_ahead",
 ]

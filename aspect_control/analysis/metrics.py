@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,7 +27,7 @@ class ZeroCrossing(NamedTuple):
 def minor_zero_crossings(run: Run) -> list[ZeroCrossing]:
     """Return every sign change of a minor, in order of time, but for minors that have no sign at the start."""
     crossings = []
-    for index in _signed_at_start(run):
+    for index in signed_at_start(run):
         values, signs = run.minors[:, index], run.aspect_signatures[:, index]
         sampled = np.flatnonzero(signs)
         changes = np.flatnonzero(np.diff(signs[sampled]))
@@ -39,12 +40,12 @@ def minor_zero_crossings(run: Run) -> list[ZeroCrossing]:
 
 def aspect_preserved(run: Run) -> bool:
     """Tell whether every minor that has a sign at the start keeps it; see `Arm.minors_on_border`."""
-    signs = run.aspect_signatures[:, _signed_at_start(run)]
+    signs = run.aspect_signatures[:, signed_at_start(run)]
     return bool(np.all(signs == signs[:1]))
 
 
-def _signed_at_start(run: Run) -> NDArray[np.intp]:
-    """Return the indices of the minors that are off the border at the start, shape (p,)."""
+def signed_at_start(run: Run) -> NDArray[np.intp]:
+    """Return the indices of the minors that are off the border at the start, so that they have a sign, shape (any,)."""
     return np.setdiff1d(np.arange(run.minors.shape[1]), run.arm.minors_on_border(run.q[0]))
 
 
@@ -82,12 +83,15 @@ def summarize(run: Run) -> dict[str, Any]:
         `status` and `message`; `peak_torque` (N m) and `peak_torque_time` (s), one a joint; `aspect_preserved`;
         `minor_zero_crossings`, a list of `{"minor": counted from 1, "time": s}`; `maciejewski_product_max`
         (rad²/s³) and `maciejewski_product_max_time` (s); `max_tracking_error` (m); `max_orientation_error` (rad);
-        `minors`, how many there are; `minors_on_border_at_start`, counted from 1; `torque_total_variation` (N m, one
-        a joint); `torque_squared_integral` (N² m² s); and, for laws that switch, `null_space_term_on`, a list of
-        [start, end] in s.
+        `minors`, how many there are; `minors_on_border_at_start`, counted from 1; `minor_measure_min` (in the unit of
+        the minors); `border_distance_min` (dimensionless) and `border_distance_min_time` (s), see
+        `Run.border_distance`; `time_to_border_min` (s), None if the arm moves towards no border;
+        `torque_total_variation` (N m, one a joint); `torque_squared_integral` (N² m² s); and, for laws that switch,
+        `null_space_term_on`, a list of [start, end] in s.
     """
     torques, times = peak_torque(run)
     product = run.maciejewski_product
+    soonest = float(run.time_to_border.min())
     summary = {
         "status": run.status,
         "message": run.message,
@@ -101,6 +105,10 @@ def summarize(run: Run) -> dict[str, Any]:
         "max_orientation_error": float(run.orientation_error.max()),
         "minors": run.minors.shape[1],
         "minors_on_border_at_start": (run.arm.minors_on_border(run.q[0]) + 1).tolist(),
+        "minor_measure_min": float(run.minor_measure.min()),
+        "border_distance_min": float(run.border_distance.min()),
+        "border_distance_min_time": _seconds(run.t[run.border_distance.argmin()]),
+        "time_to_border_min": soonest if math.isfinite(soonest) else None,
         "torque_total_variation": total_variation(run.tau).tolist(),
         "torque_squared_integral": float((run.tau[:-1] ** 2).sum() * run.info.dt),
     }

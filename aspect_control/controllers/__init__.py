@@ -1,7 +1,6 @@
 """Torque laws: one a file, one abstract base, one registry."""
 
 from .base import Controller, TaskSpaceController
-from .criteria import CRITERIA, Criterion
 from .damped_null_space import DampedNullSpace
 from .inertia_weighted import InertiaWeighted
 from .jmdc import JMinorDynamicControl
@@ -14,9 +13,7 @@ from .registry import available, create, describe_parameters, find, parameter_na
 from .resolved_motion import ResolvedMotion
 
 __all__ = [
-    "CRITERIA",
     "Controller",
-    "Criterion",
     "DampedNullSpace",
     "InertiaWeighted",
     "JMinorDynamicControl",

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .. import criteria
 from ..arm import Arm, ArmState
 from ..checks import non_negative
-from ..exceptions import NotResetError, UnknownNameError
+from ..criteria import Criterion
+from ..exceptions import NotResetError
 from ..redundancy import Array, pseudoinverse
 from ..trajectories import Target
 from .base import Controller
-from .criteria import CRITERIA
 
 
 class ResolvedMotion(Controller):
@@ -44,7 +46,7 @@ class ResolvedMotion(Controller):
         kp: ArrayLike = 100.0,
         kv: ArrayLike = 20.0,
         kappa: float = 0.001,
-        criterion: str = "manipulability",
+        criterion: str | Mapping[str, Any] | Criterion = "manipulability",
     ) -> None:
         """Set the arm, the joint-space gains and the criterion.
 
@@ -53,29 +55,36 @@ class ResolvedMotion(Controller):
             kp: Position gain K_p, 1/s²: a scalar, a vector of n entries or an (n, n) matrix.
             kv: Velocity gain K_v, 1/s: a scalar, a vector of n entries or an (n, n) matrix.
             kappa: κ, rad² per s and unit of H; 0 leaves the criterion out.
-            criterion: Name of H: `"manipulability"` or `"minor-measure"`; it is increased.
+            criterion: H, which is increased: a name of `criteria.available()`; a mapping with a `name` and the
+                criterion's parameters; or a criterion of the arm.
 
         Raises:
-            UnknownNameError: If there is no such criterion.
+            UnknownNameError: If there is no such criterion, or it has no such parameter.
             NotRedundantError: If the task takes up every joint.
             ShapeError: If a gain has the wrong shape.
             NonFiniteError: If a gain is not finite.
-            ParameterError: If a gain or κ is negative.
+            ParameterError: If a gain or κ is negative, or a parameter of the criterion has an impossible value.
             TooManyMinorsError: If the criterion needs more minors than can be handled.
         """
         super().__init__(arm, arm.nv, kp, kv)
-        if criterion not in tuple(CRITERIA):
-            raise UnknownNameError(criterion, CRITERIA, kind="criterion")
         self.kappa = non_negative("kappa", kappa)
-        self.criterion = CRITERIA[criterion](arm) if self.kappa > 0.0 else None
-        self._criterion_name = criterion
+        self.criterion: Criterion | None = None
+        self._specification: str | dict[str, Any]
+        if self.kappa == 0.0 and isinstance(criterion, str):
+            # Only looked up: the arm may have more minors than the criterion, which is not used, can handle.
+            criteria.find(criterion)
+            self._specification = criterion
+        else:
+            made = criteria.make(arm, criterion)
+            self._specification = criteria.specification(made)
+            self.criterion = made if self.kappa > 0.0 else None
         self._dt: float | None = None
         self._q_d = self._v_d = self._v_d_before = np.zeros(0)
 
     @property
     def parameters(self) -> dict[str, Any]:
         """The law's parameters; see `Controller.parameters`."""
-        return {**super().parameters, "kappa": self.kappa, "criterion": self._criterion_name}
+        return {**super().parameters, "kappa": self.kappa, "criterion": self._specification}
 
     def start(self, q: Array, v: Array, dt: float) -> None:
         """Set θ_d^0 = θ^0 and θ̇_d^0 = θ̇^0."""

@@ -102,6 +102,70 @@ def minors(J: Array, columns: NDArray[np.intp] | None = None) -> Array:
     return values.reshape(*J.shape[:-2], len(chosen))
 
 
+def minor_rates(J: Array, dJ: Array, columns: NDArray[np.intp] | None = None) -> Array:
+    """Return the derivatives of the minors where J changes at a rate.
+
+    A determinant is linear in each of its columns: its derivative is the sum, over the columns, of the determinant with
+    that column replaced by its own derivative. No inverse is needed, so that it also holds where the minor is zero.
+
+    Args:
+        J: Jacobian or a stack of them, shape (..., m, n).
+        dJ: Its rate, shape (..., m, n): J̇ for the rate δ̇_i in time, ∂J/∂q_k for one entry of the gradient ∇δ_i.
+        columns: Columns of the minors, shape (p, m); None for all, in the order of `minor_columns`.
+
+    Returns:
+        The rates, shape (..., p), in the unit of the minors times that of dJ over J.
+
+    Raises:
+        ValueError: If all are asked for and there are more than `MAX_MINORS`.
+    """
+    J, dJ = np.broadcast_arrays(J, dJ)
+    m, n = J.shape[-2:]
+    chosen = minor_columns(n, m) if columns is None else columns
+    stack, d_stack = J.reshape(-1, m, n), dJ.reshape(-1, m, n)
+    block = max(1, _BLOCK // max(chosen.size * m, 1))
+    rates = np.zeros((len(stack), len(chosen)))
+    for i in range(0, len(stack), block):
+        submatrices, d_submatrices = (_submatrices(each[i : i + block], chosen) for each in (stack, d_stack))
+        for column in range(m):
+            exchanged = submatrices.copy()
+            exchanged[..., column] = d_submatrices[..., column]
+            rates[i : i + block] += np.linalg.det(exchanged)
+    return rates.reshape(*J.shape[:-2], len(chosen))
+
+
+def border_distance(minors: Array, scales: Array) -> Array:
+    """Return min_i |δ_i| / scale_i: how far the nearest border of the aspect is, as a part of its minor's own scale.
+
+    Args:
+        minors: Minors δ_i, shape (..., p).
+        scales: Magnitude that each minor is compared with, shape (p,), such as `Arm.minor_scales`.
+
+    Returns:
+        The distance, shape (...), dimensionless: 0 on a border; infinite if there are no minors.
+    """
+    distance: Array = (np.abs(minors) / scales).min(axis=-1, initial=np.inf)
+    return distance
+
+
+def time_to_border(minors: Array, rates: Array) -> Array:
+    """Return the least of −δ_i / δ̇_i over the minors that shrink: when the nearest border is reached at this rate.
+
+    Args:
+        minors: Minors δ_i, shape (..., p).
+        rates: Their rates δ̇_i, shape (..., p), per s.
+
+    Returns:
+        The time, shape (...), s: 0 on a border, infinite where every minor grows or stands still. To first order: it
+        takes the present rates as if they lasted.
+    """
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        times = -minors / rates
+    times = np.where(minors == 0.0, 0.0, np.where(times > 0.0, times, np.inf))
+    nearest: Array = times.min(axis=-1, initial=np.inf)
+    return nearest
+
+
 def aspect_signature(J: Array, columns: NDArray[np.intp] | None = None) -> NDArray[np.int8]:
     """Return the sign of every minor: two configurations joined by a path of one signature share an aspect.
 

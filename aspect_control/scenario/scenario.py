@@ -141,6 +141,7 @@ class Scenario(Section):
         self,
         keep: Callable[[str, Run], None],
         progress: Callable[[str, float], None] | None = None,
+        before: Callable[[str, Controller], None] | None = None,
         watch: Callable[[str], Callable[[Moment], None]] | None = None,
     ) -> None:
         """Run every law and hand each run over as soon as it is there.
@@ -148,6 +149,7 @@ class Scenario(Section):
         Args:
             keep: Called with label and run.
             progress: As for `run`.
+            before: Called with the label and the law before each run.
             watch: Called with each label; what it returns is called with every sample of that law, see `simulate`.
 
         Raises:
@@ -157,6 +159,8 @@ class Scenario(Section):
         q0, laws, trajectory = self.start_configuration(arm), self.laws(arm), self.trajectory.build()
         saturation = None if self.simulation.saturation is None else torque_numbers(self.simulation.saturation, arm)
         for i, (label, law) in enumerate(laws.items()):
+            if before is not None:
+                before(label, law)
             keep(
                 label,
                 simulate(

@@ -11,15 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arm import Arm, ArmState
+from ..criteria import Criterion
 from ..redundancy import (
     Array,
     aspect_signature,
+    border_distance,
     homogeneous_acceleration,
     homogeneous_velocity,
     minimum_torque,
+    minor_measure,
+    minor_rates,
     minors,
     pseudoinverse_torque,
     task_acceleration,
+    time_to_border,
 )
 from .run_file import ARRAYS, RunInfo, read_run, write_run
 
@@ -98,9 +103,46 @@ class Run:
         return minors(self.jacobians, self.arm.minor_columns)
 
     @cached_property
+    def minor_measure(self) -> Array:
+        """H of Eq. (18) of the minors in `minors`, shape (k,), in their unit; zero on a border."""
+        return minor_measure(self.jacobians, self.arm.minor_columns)
+
+    @cached_property
+    def minor_rates(self) -> Array:
+        """Rates δ̇_i of the minors in `minors` at the recorded velocity, shape (k, p), in their unit per s."""
+        J_dot = self._stack(
+            (self.arm.jacobian_derivative(q) @ v for q, v in zip(self.q, self.v, strict=True)), self.jacobians.shape[1:]
+        )
+        return minor_rates(self.jacobians, J_dot, self.arm.minor_columns)
+
+    @cached_property
+    def border_distance(self) -> Array:
+        """Distance to the nearest border of the aspect, min_i |δ_i| / scale_i with `arm.minor_scales`, shape (k,).
+
+        Dimensionless: 0 on a border, of the order of 1 far from all of them.
+        """
+        return border_distance(self.minors, self.arm.minor_scales)
+
+    @cached_property
+    def time_to_border(self) -> Array:
+        """Time to the nearest border at the present velocity, the least of −δ_i/δ̇_i where positive, shape (k,), s.
+
+        To first order; 0 on a border, infinite where the arm moves away from all of them.
+        """
+        return time_to_border(self.minors, self.minor_rates)
+
+    @cached_property
     def aspect_signatures(self) -> NDArray[np.int8]:
         """Sign of each minor: −1, 0 on a border, or 1, shape (k, p)."""
         return aspect_signature(self.jacobians, self.arm.minor_columns)
+
+    def values_of(self, criterion: Criterion) -> Array:
+        """Return H of a criterion at every sample, shape (k,), in its own unit.
+
+        Args:
+            criterion: A criterion of the arm, such as `criteria.create("joint-range", run.arm)`.
+        """
+        return self._stack((np.array(criterion.value(state)) for state in self._states), ())
 
     @cached_property
     def homogeneous_velocity(self) -> Array:

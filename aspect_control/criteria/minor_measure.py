@@ -1,51 +1,19 @@
-"""Performance functions H(q) that resolved motion climbs, by name."""
+"""The minor measure, which keeps an arm inside its aspect."""
 
 from __future__ import annotations
 
 import warnings
-from abc import ABC, abstractmethod
-from typing import ClassVar
 
 import numpy as np
 
 from ..arm import Arm, ArmState
 from ..exceptions import AspectBorderWarning
-from ..redundancy import Array, manipulability_gradient, minor_measure_gradient
-
-
-class Criterion(ABC):
-    """A function of the configuration that a law increases by self-motion.
-
-    Attributes:
-        name: Name under which a law finds it.
-    """
-
-    name: ClassVar[str]
-
-    def __init__(self, arm: Arm) -> None:
-        """Set the arm."""
-        self.arm = arm
-
-    def start(self, q: Array) -> None:  # noqa: B027
-        """Prepare for a motion that starts at q, shape (nq,), rad; nothing to do for most criteria."""
-
-    @abstractmethod
-    def gradient(self, state: ArmState) -> Array:
-        """Return ∇H at a state, shape (nv,), per rad."""
-
-
-class Manipulability(Criterion):
-    """w of Eq. (25)."""
-
-    name = "manipulability"
-
-    def gradient(self, state: ArmState) -> Array:
-        """Return ∇w, shape (nv,), in the unit of w per rad."""
-        return manipulability_gradient(state.J, self.arm.jacobian_derivative(state.q))
+from ..redundancy import Array, minor_measure, minor_measure_gradient
+from .criterion import Criterion
 
 
 class MinorMeasure(Criterion):
-    """H of Eq. (18), made of the minors that are not structurally zero.
+    """H = |δ₁ δ₂ … δ_p|^(1/p), Eq. (18), made of the minors that are not structurally zero.
 
     A start on the border of an aspect, where a minor is zero, is reported by an `AspectBorderWarning`; such minors have
     no sign to keep and are left out of H until the next `start`.
@@ -77,10 +45,10 @@ class MinorMeasure(Criterion):
                 stacklevel=4,
             )
 
+    def value(self, state: ArmState) -> float:
+        """Return H, in the unit of the minors; zero on the border of the aspect, and if no minor is left."""
+        return float(minor_measure(state.J, self.minor_columns)) if len(self.minor_columns) else 0.0
+
     def gradient(self, state: ArmState) -> Array:
-        """Return ∇H, shape (nv,), in the unit of H per rad."""
+        """Return ∇H, shape (nv,), in the unit of H per rad; zero on the border."""
         return minor_measure_gradient(state.J, self.arm.jacobian_derivative(state.q), self.minor_columns)
-
-
-CRITERIA: dict[str, type[Criterion]] = {each.name: each for each in (Manipulability, MinorMeasure)}
-"""Criteria by name."""

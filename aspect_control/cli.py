@@ -104,7 +104,7 @@ def run(
     host: Host = "127.0.0.1",
     port: Port = 7000,
 ) -> None:
-    """Run the laws of a scenario and write runs, figures, a replay and a summary; warn of a border of the aspect ahead."""
+    """Run the laws of a scenario; write runs, figures, a replay and a summary; warn of a border of the aspect ahead."""
     from .analysis import summarize, warn_of_border_ahead
     from .controllers import Controller
     from .files import output_folder, write_text

@@ -4,7 +4,7 @@ After W. J. Chung, W. K. Chung and Y. Youm, "Analysis of Dynamic Performance of 
 Concept of Aspects". Equation numbers in this package are the paper's.
 """
 
-from . import controllers, redundancy, simulation
+from . import aspects, controllers, redundancy, simulation
 from .arm import Arm, ArmState
 from .exceptions import AspectControlError
 from .simulation import Run, simulate
@@ -23,6 +23,7 @@ __all__ = [
     "Target",
     "Trajectory",
     "Waypoints",
+    "aspects",
     "controllers",
     "redundancy",
     "simulate",

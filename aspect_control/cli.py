@@ -204,6 +204,50 @@ def compare(
 
 
 @app.command()
+def start(
+    scenario: Annotated[
+        Path, typer.Argument(help="A TOML file, or the name of a scenario that ships with the package.")
+    ],
+    within: Annotated[
+        float | None, typer.Option(help="How far each joint may move, rad (m for prismatic joints); any unless given.")
+    ] = None,
+    count: Annotated[int | None, typer.Option(help="How many random postures to find.")] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the random numbers.")] = 0,
+    out: Annotated[Path | None, typer.Option(help="Folder for start.json and a figure; none unless given.")] = None,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", help="Change a field of the scenario: robot.task=pose.")
+    ] = None,
+) -> None:
+    """Choose the posture with the best minor measure for the start of a scenario."""
+    from .aspects import choose_start
+    from .files import output_folder, write_text
+    from .scenario import load_scenario
+    from .views import plain_text, save_figure, self_motion_figure, start_record
+    from .views.screen import show_start
+
+    described = load_scenario(scenario, settings or [])
+    arm = described.arm()
+    q = described.start_configuration(arm)
+    folder = None if out is None else output_folder(out)
+    chosen = choose_start(
+        arm,
+        arm.task_position(q),
+        reference=q,
+        within=float("inf") if within is None else within,
+        count=count,
+        seed=seed,
+    )
+    show_start(chosen)
+    if folder is not None:
+        write_text(folder / "start.json", _json({"scenario": scenario.stem, **start_record(chosen)}))
+        if chosen.curves:
+            figure = self_motion_figure(chosen.curves[0], plain_text(f"{scenario.stem}: self-motion through the start"))
+            save_figure(figure, folder / "self-motion.png")
+            save_figure(figure, folder / "self-motion.svg")
+        typer.echo(f"written to {folder}: start.json" + (" and self-motion figure" if chosen.curves else ""))
+
+
+@app.command()
 def robots() -> None:
     """List the example robots: joints, and the frames that end a chain."""
     from .examples import example_names, example_overview

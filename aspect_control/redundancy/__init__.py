@@ -13,6 +13,7 @@ from .minors import (
     minors,
     structural_minor_columns,
 )
+from .null_vector import null_vector
 from .pseudoinverse import null_space_basis, null_space_projector, pseudoinverse
 from .stability import homogeneous_acceleration, homogeneous_velocity
 from .torque import (
@@ -41,6 +42,7 @@ __all__ = [
     "minors",
     "null_space_basis",
     "null_space_projector",
+    "null_vector",
     "pseudoinverse",
     "pseudoinverse_torque",
     "structural_minor_columns",

@@ -3,6 +3,7 @@
 from .comparison import comparison_report, torque_figure
 from .figures import comparison_figure, run_figure, save_figure
 from .report import reproduction_report
+from .self_motion import self_motion_figure, start_record
 from .style import law_name, plain_text
 from .survey import survey_figure, survey_report
 
@@ -14,6 +15,8 @@ __all__ = [
     "reproduction_report",
     "run_figure",
     "save_figure",
+    "self_motion_figure",
+    "start_record",
     "survey_figure",
     "survey_report",
     "torque_figure",

@@ -1,0 +1,311 @@
+"""Choosing the posture from which a motion starts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Protocol, TypeAlias, runtime_checkable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arm import BORDER_TOLERANCE, Arm, ArmState
+from ..exceptions import ParameterError, RankLossError
+from ..redundancy import Array, minor_measure, minor_measure_gradient, minors
+from ..tasks import TaskValue
+from .postures import into_limits, jacobian, project, task_error, turned
+from .sampling import SelfMotionSample, sample_self_motion, search_box
+from .self_motion import SelfMotion, self_motion
+
+_CURVE_SEEDS = 48
+"""Random postures from which the curves of an arm with one joint to spare are looked for."""
+
+_SAMPLES = 300
+"""Postures that are sampled for an arm with several joints to spare."""
+
+_SPACING = 0.02
+"""Arc length between the samples of a curve, rad."""
+
+_REFERENCE_ERROR = 1e-6
+"""How far the reference may be from the task value, m and rad."""
+
+_APART = 0.1
+"""How far some joint of two postures must be apart for both to be improved, rad."""
+
+_EQUAL = 1e-6
+"""Relative difference up to which two values of the criterion count as equally good."""
+
+_CLIMBS = 10
+"""How many of the best postures are improved by constrained optimisation."""
+
+
+@runtime_checkable
+class HasValue(Protocol):
+    """A criterion H: its value and, if it has one, its `gradient(state)`, shape (nv,)."""
+
+    def value(self, state: ArmState) -> float:
+        """Return H at a state."""
+
+
+Criterion: TypeAlias = HasValue | Callable[[ArmState], float]
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """A posture to start from, and what it is better than.
+
+    Attributes:
+        arm: The arm.
+        x: The task value.
+        q: The posture, shape (nq,), rad.
+        value: Value of the criterion there.
+        reference_q: The posture that it is compared with, shape (nq,), rad.
+        reference_value: Value of the criterion there.
+        change: How far each joint has to move from the reference, shape (nv,), rad; angles modulo a turn.
+        signature: Sign of each minor at q, −1, 0 or 1, shape (p,).
+        smallest_minor: The smallest |δ_i| at q as a part of the minor's own scale, `arm.minor_scales`.
+        reference_smallest_minor: The same at the reference.
+        found: How it was found, in words.
+        curves: The self-motion curves that were followed, for an arm with one joint to spare.
+        sample: The postures that were sampled, for other arms.
+    """
+
+    arm: Arm
+    x: TaskValue
+    q: Array
+    value: float
+    reference_q: Array
+    reference_value: float
+    change: Array
+    signature: tuple[int, ...]
+    smallest_minor: float
+    reference_smallest_minor: float
+    found: str
+    curves: tuple[SelfMotion, ...] = ()
+    sample: SelfMotionSample | None = None
+
+    @property
+    def improvement(self) -> float:
+        """By how much the criterion is larger than at the reference, in its own unit."""
+        return self.value - self.reference_value
+
+
+def choose_start(
+    arm: Arm,
+    x: TaskValue,
+    *,
+    criterion: Criterion | None = None,
+    reference: ArrayLike | None = None,
+    within: float = np.inf,
+    count: int | None = None,
+    seed: int = 0,
+) -> Start:
+    """Return the posture with a task value that has the best minor measure inside the joint limits.
+
+    With one joint to spare, all self-motion curves that random postures lead to are followed; with several, the
+    postures are sampled. From the best ones SciPy's SLSQP climbs on, with the task value as a constraint and the joint
+    limits as bounds.
+
+    Args:
+        arm: The arm.
+        x: Task value: shape (m,), m, or a `pin.SE3` for a task with rotations.
+        criterion: What is to be large instead of the minor measure H of Eq. (18): an object with `value(state)`, and
+            `gradient(state)` if it has one, or a function of the state, which is one at rest.
+        reference: Joint configuration to compare with, shape (nq,), rad, of the same task value and inside the joint
+            limits; None for the first posture found.
+        within: How far each joint may be from `reference`, rad; infinite for any distance.
+        count: How many random postures to find; None for 48 with one joint to spare, else 300.
+        seed: Seed of the random numbers: the same seed gives the same posture.
+
+    Raises:
+        UnreachableError: If no posture has this task value; the message says how near the task frame came.
+        ParameterError: If the criterion is none or is nowhere finite, the reference is beyond a joint limit or has
+            another task value, or `within`, `count` or `seed` is out of range.
+        ShapeError: If x or the reference has the wrong shape.
+        NonFiniteError: If x or the reference is not finite.
+    """
+    x = arm.coordinates.checked("x", x)
+    objective = Objective(arm, criterion)
+    if reference is None and within != np.inf:
+        raise ParameterError("'within' is a distance from 'reference': give both")
+    if count is None:
+        count = _CURVE_SEEDS if arm.redundancy == 1 else _SAMPLES
+    centre = None if reference is None else _reference_positions(arm, x, reference)
+    sample = sample_self_motion(arm, x, count=count, seed=seed, near=centre, within=within)
+    if centre is None:
+        centre = sample.positions[0]
+    curves: tuple[SelfMotion, ...] = ()
+    postures, found = sample.positions, f"best of {len(sample.positions)} sampled postures"
+    if arm.redundancy == 1:
+        curves = _curves(arm, x, np.vstack([centre, postures]), min(_SPACING, within / 10.0))
+        postures = np.vstack([curve.positions[curve.within_limits] for curve in curves])
+        found = f"best of {len(curves)} self-motion curve{'s' * (len(curves) != 1)}"
+    postures = np.vstack([centre, _nearest_turns(arm, postures, centre)])
+    postures = postures[(np.abs(postures - centre) <= within).all(axis=1)]
+    values = np.array([objective.value(each) for each in postures])
+    if not np.isfinite(values).any():
+        raise ParameterError(f"the criterion is not finite at any of {len(values)} postures with this task value")
+    box = search_box(arm, centre, within)
+    peaks = [(postures[values.argmax()], float(values.max()))]
+    peaks += [objective.climb(each, x, box) for each in _best(postures, values)]
+    best, value = _nearest_of_best(peaks, centre)
+    signs = np.where(minor_shares(arm, best) <= BORDER_TOLERANCE, 0.0, np.sign(_minors(arm, best)))
+    return Start(
+        arm=arm,
+        x=x,
+        q=arm.configuration(best),
+        value=value,
+        reference_q=arm.configuration(centre),
+        reference_value=objective.value(centre),
+        change=best - centre,
+        signature=tuple(signs.astype(int).tolist()),
+        smallest_minor=float(minor_shares(arm, best).min(initial=np.inf)),
+        reference_smallest_minor=float(minor_shares(arm, centre).min(initial=np.inf)),
+        found=found,
+        curves=curves,
+        sample=None if curves else sample,
+    )
+
+
+class Objective:
+    """A criterion as a function of the joint positions, to be climbed with the task value held.
+
+    Attributes:
+        arm: The arm.
+        value_of: The criterion as a function of the state.
+        gradient_of: Its gradient, shape (nv,); None if it has none.
+    """
+
+    def __init__(self, arm: Arm, criterion: Criterion | None) -> None:
+        """Set the arm and the criterion; None for the minor measure.
+
+        Raises:
+            ParameterError: If the criterion has no value and is no function.
+        """
+        self.arm, self._rest = arm, np.zeros(arm.nv)
+        self.value_of: Callable[[ArmState], float]
+        self.gradient_of: Callable[[ArmState], Array] | None
+        if criterion is None:
+            columns = arm.minor_columns
+            self.value_of = lambda state: float(minor_measure(state.J, columns))
+            self.gradient_of = lambda state: minor_measure_gradient(state.J, arm.jacobian_derivative(state.q), columns)
+        elif isinstance(criterion, HasValue):
+            self.value_of, self.gradient_of = criterion.value, getattr(criterion, "gradient", None)
+        elif callable(criterion):
+            self.value_of, self.gradient_of = criterion, None
+        else:
+            raise ParameterError(f"a criterion has a 'value(state)' or is a function of the state, got {criterion!r}")
+
+    def value(self, positions: Array) -> float:
+        """Return the criterion at joint positions, shape (nv,), rad; −∞ where it is not finite."""
+        value = float(self.value_of(self._state(positions)))
+        return value if np.isfinite(value) else -np.inf
+
+    def climb(self, positions: Array, x: TaskValue, box: tuple[Array, Array]) -> tuple[Array, float]:
+        """Return where SLSQP climbs to from joint positions with task value x, and the value there.
+
+        Args:
+            positions: Joint positions to begin with, shape (nv,), rad.
+            x: The task value, which is held.
+            box: Smallest and largest joint positions, shapes (nv,), rad.
+        """
+        from scipy.optimize import minimize
+
+        scale = max(abs(self.value(positions)), 1e-9)
+
+        def gradient(positions: Array) -> Array:
+            assert self.gradient_of is not None  # noqa: S101
+            return -self.gradient_of(self._state(positions)) / scale
+
+        lower, upper = box
+        result = minimize(
+            lambda each: -self.value(each) / scale,
+            np.clip(positions, lower, upper),
+            jac=None if self.gradient_of is None else gradient,
+            bounds=list(zip(lower, upper, strict=True)),
+            constraints={
+                "type": "eq",
+                "fun": lambda each: task_error(self.arm, each, x),
+                "jac": lambda each: -jacobian(self.arm, each),
+            },
+            method="SLSQP",
+            options={"maxiter": 200, "ftol": 1e-14},
+        )
+        posture = project(self.arm, result.x, x) if np.isfinite(result.x).all() else None
+        if posture is None or (posture < lower).any() or (posture > upper).any():
+            return positions, -np.inf
+        return posture, self.value(posture)
+
+    def _state(self, positions: Array) -> ArmState:
+        return self.arm.state(self.arm.configuration(positions), self._rest)
+
+
+def minor_shares(arm: Arm, positions: Array) -> Array:
+    """Return |δ_i| as parts of the minors' own scales, shape (p,).
+
+    Args:
+        arm: The arm.
+        positions: Joint positions, shape (nv,), rad.
+    """
+    shares: Array = np.abs(_minors(arm, positions)) / arm.minor_scales
+    return shares
+
+
+def _minors(arm: Arm, positions: Array) -> Array:
+    return minors(jacobian(arm, positions), arm.minor_columns)
+
+
+def _reference_positions(arm: Arm, x: TaskValue, reference: ArrayLike) -> Array:
+    q = arm.checked_configuration(reference)
+    arm.require_within_limits(q)
+    positions = arm.positions(q)
+    error = float(np.linalg.norm(task_error(arm, positions, x)))
+    if error > _REFERENCE_ERROR:
+        raise ParameterError(
+            f"the reference posture is {error:.3g} (m, rad) away from the task value: compare with one that has it"
+        )
+    return positions
+
+
+def _curves(arm: Arm, x: TaskValue, seeds: Array, spacing: float) -> tuple[SelfMotion, ...]:
+    """Return the distinct self-motion curves through postures of one task value."""
+    curves: list[SelfMotion] = []
+    for seed in seeds:
+        if any(_passes(curve, seed) for curve in curves):
+            continue
+        with suppress(RankLossError):
+            curves.append(self_motion(arm, arm.configuration(seed), x=x, spacing=spacing))
+    if not curves:
+        raise RankLossError("the Jacobian has lost rank at every posture found with this task value")
+    return tuple(curves)
+
+
+def _passes(curve: SelfMotion, positions: Array) -> bool:
+    distances = np.linalg.norm(turned(curve.arm, curve.positions - positions), axis=1)
+    return bool(distances.min() < curve.length / (len(curve.s) - 1))
+
+
+def _nearest_turns(arm: Arm, postures: Array, centre: Array) -> Array:
+    """Return the same postures with every angle turned to where it is nearest to `centre`, if the limits allow it."""
+    lower, upper = arm.position_limits
+    nearest = centre + turned(arm, postures - centre)
+    return np.where((lower <= nearest) & (nearest <= upper), nearest, into_limits(arm, postures))
+
+
+def _nearest_of_best(peaks: list[tuple[Array, float]], centre: Array) -> tuple[Array, float]:
+    """Return the best peak; of several that are equally good, as mirror images are, the one nearest to `centre`."""
+    highest = max(value for _, value in peaks)
+    equal = [peak for peak in peaks if peak[1] >= highest - _EQUAL * abs(highest)]
+    return min(equal, key=lambda peak: float(np.linalg.norm(peak[0] - centre)))
+
+
+def _best(postures: Array, values: Array) -> list[Array]:
+    """Return the best postures that are not close to a better one, best first."""
+    chosen: list[Array] = []
+    for index in np.argsort(-values, kind="stable"):
+        if len(chosen) == _CLIMBS or not np.isfinite(values[index]):
+            break
+        if all(np.abs(postures[index] - other).max() > _APART for other in chosen):
+            chosen.append(postures[index])
+    return chosen

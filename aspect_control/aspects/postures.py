@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arm import Arm
+from ..exceptions import ParameterError
 from ..redundancy import Array, pseudoinverse
 from ..tasks import TaskValue
 
@@ -13,6 +14,19 @@ TASK_TOLERANCE = 1e-12
 
 _LONGEST_STEP = 0.7
 """Longest step of the corrector, rad: beyond, the Jacobian says little."""
+
+
+def require_one_to_spare(arm: Arm) -> None:
+    """Make sure that the self-motion of an arm is a curve.
+
+    Raises:
+        ParameterError: If not exactly one joint is to spare.
+    """
+    if arm.redundancy != 1:
+        raise ParameterError(
+            f"the self-motion is a curve if one joint is to spare; the task {arm.task} leaves {arm.redundancy} of "
+            f"{arm.nv} joints to spare: sample it with sample_self_motion, lock joints or take another task"
+        )
 
 
 def task_error(arm: Arm, positions: Array, x: TaskValue) -> Array:

@@ -16,7 +16,7 @@ from ..checks import positive
 from ..exceptions import ParameterError, RankLossError
 from ..redundancy import Array, minor_measure, minors, null_vector, pseudoinverse
 from ..tasks import TaskValue
-from .postures import beyond_limits, jacobian, project, task_error, turned
+from .postures import beyond_limits, jacobian, project, require_one_to_spare, task_error, turned
 
 RANK_TOLERANCE = 1e-6
 """Ratio of the smallest to the largest singular value of J at which the self-motion ends for loss of rank."""
@@ -177,11 +177,7 @@ def self_motion(
         NonFiniteError: If q or x is not finite.
     """
     spacing, longest = positive("spacing", spacing, "rad"), positive("longest", longest, "rad")
-    if arm.redundancy != 1:
-        raise ParameterError(
-            f"the self-motion is a curve if one joint is to spare; the task {arm.task} leaves {arm.redundancy} of "
-            f"{arm.nv} joints to spare: sample it with sample_self_motion, lock joints or take another task"
-        )
+    require_one_to_spare(arm)
     q = arm.checked_configuration(q)
     arm.require_within_limits(q)
     x = arm.task_position(q) if x is None else arm.coordinates.checked("x", x)

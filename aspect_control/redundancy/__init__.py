@@ -15,7 +15,12 @@ from .minors import (
 )
 from .null_vector import null_vector
 from .pseudoinverse import null_space_basis, null_space_projector, pseudoinverse
-from .stability import homogeneous_acceleration, homogeneous_velocity
+from .stability import (
+    homogeneous_acceleration,
+    homogeneous_velocity,
+    null_vector_derivative,
+    stability_coefficient,
+)
 from .torque import (
     dynamically_consistent_null_torque,
     inertia_weighted_torque,
@@ -43,8 +48,10 @@ __all__ = [
     "null_space_basis",
     "null_space_projector",
     "null_vector",
+    "null_vector_derivative",
     "pseudoinverse",
     "pseudoinverse_torque",
+    "stability_coefficient",
     "structural_minor_columns",
     "task_acceleration",
 ]

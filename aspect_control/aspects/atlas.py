@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arm import Arm
+from ..arm import BORDER_TOLERANCE, Arm
 from ..exceptions import ParameterError
 from ..redundancy import Array, minor_measure, minors, null_vector
 from .postures import beyond_limits
@@ -20,6 +20,9 @@ from .stability_map import stability
 
 LARGEST_MEMORY = 2e9
 """The most memory that the minors of an atlas may take, bytes."""
+
+LONG = 300.0
+"""Time from which an atlas is not begun without having been asked for twice, s."""
 
 _TIMED_POINTS = 60
 """Points that are computed to tell how long the whole takes."""
@@ -69,10 +72,28 @@ class Atlas:
         rank = np.argsort(order, kind="stable")
         return found[order], rank[which.reshape(signs.shape[:2])], counts[order]
 
-    def signature_of(self, positions: Array) -> tuple[int, ...]:
-        """Return the sign of every minor at joint positions, shape (nv,), rad."""
-        values = minors(self.arm.jacobian(self.arm.configuration(positions)), self.arm.minor_columns)
-        return tuple(np.sign(values).astype(int).tolist())
+    def agreement(self, positions: Array) -> float:
+        """Return for which part of a path all minors have the sign that they have at the nearest place of the slice.
+
+        One where the path lies in the slice, or the other joints change no sign; the lower, the less the slice says
+        about the path.
+
+        Args:
+            positions: Joint positions along the path, shape (k, nv), rad.
+        """
+        nearest = np.array([self.slice.posture(*place) for place in self.slice.trace(positions).tolist()])
+        return float((self._signs(positions) == self._signs(nearest)).all(axis=1).mean())
+
+    def start_signs(self) -> NDArray[np.int8]:
+        """Return the sign of each minor at the posture that the slice is laid through, −1, 0 or 1, shape (p,)."""
+        signs: NDArray[np.int8] = self._signs(self.slice.start[np.newaxis])[0]
+        return signs
+
+    def _signs(self, positions: Array) -> NDArray[np.int8]:
+        jacobians = np.array([self.arm.jacobian(self.arm.configuration(each)) for each in positions])
+        values = minors(jacobians, self.arm.minor_columns)
+        clear = np.abs(values) > BORDER_TOLERANCE * self.arm.minor_scales
+        return np.where(clear, np.sign(values), 0.0).astype(np.int8)
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the atlas comes to as plain numbers and strings, for JSON."""

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..arm import Arm
 from ..exceptions import JointNotFoundError, ParameterError
-from ..redundancy import Array, minors
+from ..redundancy import Array, minors, null_vector
 from .postures import jacobian, sampling_range, turned
 from .self_motion import SelfMotion, self_motion
 
@@ -48,15 +48,29 @@ class Slice(ABC):
         arm: The arm.
         horizontal: The first coordinate.
         vertical: The second coordinate.
+        start: Joint positions that the slice was laid through, shape (nv,), rad.
     """
 
     arm: Arm
     horizontal: Axis
     vertical: Axis
+    start: Array
 
     @abstractmethod
     def posture(self, a: float, b: float) -> Array:
         """Return the joint positions at coordinates (a, b), shape (nv,), rad."""
+
+    @abstractmethod
+    def direction(self, a: Array, displacement: Array) -> Array:
+        """Return the components of joint displacements along the two coordinates.
+
+        Args:
+            a: First coordinates of the places, shape (k,), rad.
+            displacement: Joint displacements there, shape (..., k, nv), rad.
+
+        Returns:
+            The components, shape (..., k, 2), rad; what leads out of the slice is left out.
+        """
 
     @abstractmethod
     def trace(self, positions: Array) -> Array:
@@ -81,8 +95,8 @@ class JointSlice(Slice):
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q is not finite.
         """
-        self.arm, self.base = arm, arm.positions(q)
-        first, second = joints if joints is not None else _liveliest_joints(arm, self.base)
+        self.arm, self.start = arm, arm.positions(q)
+        first, second = joints if joints is not None else _liveliest_joints(arm, self.start)
         self.joints = joint_index(arm, first), joint_index(arm, second)
         if first == second:
             raise ParameterError(f"a slice needs two joints, got {first!r} twice")
@@ -90,16 +104,22 @@ class JointSlice(Slice):
 
     def posture(self, a: float, b: float) -> Array:
         """Return the joint positions at (a, b), shape (nv,), rad."""
-        positions = self.base.copy()
+        positions: Array = self.start.copy()
         positions[list(self.joints)] = a, b
         return positions
+
+    def direction(self, a: Array, displacement: Array) -> Array:
+        """Return the components of the two joints, shape (..., k, 2)."""
+        components: Array = displacement[..., list(self.joints)]
+        return components
 
     def trace(self, positions: Array) -> Array:
         """Return the positions of the two joints, shape (k, 2), angles turned into the range of the axes."""
         columns = list(self.joints)
         middles = np.zeros(self.arm.nv)
         middles[columns] = [(axis.low + axis.high) / 2.0 for axis in (self.horizontal, self.vertical)]
-        return np.asarray(middles + turned(self.arm, positions - middles))[:, columns]
+        coordinates: Array = (middles + turned(self.arm, positions - middles))[:, columns]
+        return coordinates
 
 
 class SelfMotionSlice(Slice):
@@ -118,10 +138,15 @@ class SelfMotionSlice(Slice):
             AspectControlError: As `self_motion` does.
         """
         self.arm, self.joint = arm, joint_index(arm, joint)
+        self.start = arm.positions(q)
         self.curve: SelfMotion = self_motion(arm, q)
         own = _joint_axis(arm, self.joint)
         half = (own.high - own.low) / 2.0 if not own.angle else np.pi
-        self.horizontal = Axis("arc length of the self-motion", self.curve.s[0], self.curve.s[-1], "rad", False)
+        first, last = float(self.curve.s[0]), float(self.curve.s[-1])
+        # A closed curve is cut open opposite to the posture.
+        self._cut = last / 2.0 if self.curve.closed else last
+        low = self._cut - last if self.curve.closed else first
+        self.horizontal = Axis("arc length of the self-motion", low, self._cut, "rad", False)
         self.vertical = Axis(f"{joint} away from the self-motion", -half, half, own.unit, own.angle)
 
     def posture(self, a: float, b: float) -> Array:
@@ -129,6 +154,17 @@ class SelfMotionSlice(Slice):
         positions = self.curve.at(a)
         positions[self.joint] += b
         return positions
+
+    def direction(self, a: Array, displacement: Array) -> Array:
+        """Return the components along the self-motion and along the joint, shape (..., k, 2)."""
+        configurations = [self.arm.configuration(self.curve.at(each)) for each in a]
+        tangent = null_vector(np.array([self.arm.jacobian(q) for q in configurations]))
+        along, own = np.einsum("...ki,ki->...k", displacement, tangent), displacement[..., self.joint]
+        # The two directions of the slice, both of length 1, are not orthogonal.
+        cosine = tangent[:, self.joint]
+        components = np.stack([along - cosine * own, own - cosine * along], axis=-1)
+        result: Array = components / (1.0 - cosine**2)[:, np.newaxis]
+        return result
 
     def trace(self, positions: Array) -> Array:
         """Return the arc length nearest in all other joints, and the distance in the joint, shape (k, 2)."""
@@ -138,6 +174,7 @@ class SelfMotionSlice(Slice):
             others = np.delete(away, self.joint, axis=1)
             nearest = int(np.linalg.norm(others, axis=1).argmin())
             found[row] = self.curve.s[nearest], away[nearest, self.joint]
+        found[found[:, 0] > self._cut, 0] -= self.curve.length
         return found
 
 

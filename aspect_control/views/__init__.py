@@ -1,5 +1,6 @@
 """Figures and reports. Importing this package loads matplotlib; importing `aspect_control` does not."""
 
+from .atlas import atlas_figure, atlas_record, stability_figure
 from .comparison import comparison_report, torque_figure
 from .figures import comparison_figure, run_figure, save_figure
 from .report import reproduction_report
@@ -8,6 +9,8 @@ from .style import law_name, plain_text
 from .survey import survey_figure, survey_report
 
 __all__ = [
+    "atlas_figure",
+    "atlas_record",
     "comparison_figure",
     "comparison_report",
     "law_name",
@@ -16,6 +19,7 @@ __all__ = [
     "run_figure",
     "save_figure",
     "self_motion_figure",
+    "stability_figure",
     "start_record",
     "survey_figure",
     "survey_report",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -132,3 +132,15 @@ def describe_self_motion(curve: SelfMotion) -> str:
         f"in {len(curve.signatures)} aspect signatures, {len(curve.crossings)} sign changes of minors; "
         + (f"joints leave their limits: {limits}" if limits else "no joint limit is met")
     )
+
+
+def show_atlas(record: Mapping[str, Any]) -> None:
+    """Print what an atlas holds, and what the paths of the laws do in it."""
+    signatures, console = record["signatures"], Console(soft_wrap=True)
+    first, second = record["axes"]
+    console.print(
+        escape(f"slice of {first} and {second}: {len(signatures)} aspect signatures; {record['description']}"),
+        highlight=False,
+    )
+    rows = [(law, str(values["sign_changes"]), f"{values['agreement']:.0%}") for law, values in record["paths"].items()]
+    show_table(("path", "sign changes", "signs as in the slice"), rows)

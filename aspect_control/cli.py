@@ -222,7 +222,7 @@ def start(
     from .aspects import choose_start
     from .files import output_folder, write_text
     from .scenario import load_scenario
-    from .views import plain_text, save_figure, self_motion_figure, start_record
+    from .views import plain_text, save_figure, self_motion_figure
     from .views.screen import show_start
 
     described = load_scenario(scenario, settings or [])
@@ -239,7 +239,7 @@ def start(
     )
     show_start(chosen)
     if folder is not None:
-        write_text(folder / "start.json", _json({"scenario": scenario.stem, **start_record(chosen)}))
+        write_text(folder / "start.json", _json({"scenario": scenario.stem, **chosen.to_dict()}))
         if chosen.curves:
             figure = self_motion_figure(chosen.curves[0], plain_text(f"{scenario.stem}: self-motion through the start"))
             save_figure(figure, folder / "self-motion.png")
@@ -267,12 +267,13 @@ def atlas(
     ] = None,
 ) -> None:
     """Draw aspects, borders and minor measure over a slice of configurations, and the laws' paths over them."""
+    from .analysis.atlas import atlas_record
     from .aspects import JointSlice, SelfMotionSlice, compute_atlas, describe_time, estimated_time
     from .aspects.atlas import LONG
     from .exceptions import ParameterError
     from .files import output_folder, write_text
     from .scenario import load_scenario
-    from .views import atlas_figure, atlas_record, plain_text, save_figure, stability_figure
+    from .views import atlas_figure, plain_text, save_figure, stability_figure
     from .views.screen import progress_bar, show_atlas
 
     if joints is not None and self_motion is not None:

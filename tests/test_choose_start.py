@@ -170,7 +170,7 @@ def test_start_prints_what_changes_and_writes_what_it_says(tmp_path):
     assert max(curve["largest_task_error"] for curve in record["self_motions"]) < 1e-9
     lines = {" ".join(line.split()) for line in done.stdout.splitlines()}
     assert "minors on a border, of 7 3 0" in lines
-    assert f"minor measure 0 {record['minor_measure']:.4g}" in lines
+    assert f"minor measure 0 {record['value']:.4g}" in lines
     assert "best of 2 self-motion curves, inside the joint limits" in lines
     for name, before, after in zip(record["joints"], record["reference_positions"], record["positions"], strict=True):
         before, after = np.rad2deg([before, after])

@@ -146,6 +146,18 @@ class SelfMotion:
         """The signatures of the aspects that the curve passes."""
         return {interval.signature for interval in self.aspects}
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return what the curve comes to as plain numbers, strings and lists, for JSON."""
+        return {
+            "closed": self.closed,
+            "ends": list(self.ends),
+            "length": self.length,
+            "aspects": [interval._asdict() for interval in self.aspects],
+            "sign_changes": [crossing._asdict() for crossing in self.crossings],
+            "limits": [crossing._asdict() for crossing in self.limit_crossings],
+            "largest_task_error": float(self.task_error.max()),
+        }
+
     def at(self, s: float) -> Array:
         """Return the joint positions at an arc length, shape (nv,), rad; a closed curve goes round and round."""
         return self._curve(s)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias, runtime_checkable
+from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -89,6 +89,26 @@ class Start:
     def improvement(self) -> float:
         """By how much the criterion is larger than at the reference, in its own unit."""
         return self.value - self.reference_value
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the choice as plain numbers, strings and lists, for JSON; minors are counted from 1."""
+        arm = self.arm
+        return {
+            "joints": list(arm.joint_names),
+            "positions": arm.positions(self.q).tolist(),
+            "reference_positions": arm.positions(self.reference_q).tolist(),
+            "change": self.change.tolist(),
+            "value": self.value,
+            "reference_value": self.reference_value,
+            "smallest_minor": self.smallest_minor,
+            "reference_smallest_minor": self.reference_smallest_minor,
+            "signature": list(self.signature),
+            "minors_on_border": (arm.minors_on_border(self.q) + 1).tolist(),
+            "minors_on_border_at_reference": (arm.minors_on_border(self.reference_q) + 1).tolist(),
+            "found": self.found,
+            "self_motions": [curve.to_dict() for curve in self.curves],
+            "sampled_signatures": None if self.sample is None else len(self.sample.signatures),
+        }
 
 
 def choose_start(

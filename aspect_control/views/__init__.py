@@ -1,16 +1,15 @@
 """Figures and reports. Importing this package loads matplotlib; importing `aspect_control` does not."""
 
-from .atlas import atlas_figure, atlas_record, stability_figure
+from .atlas import atlas_figure, stability_figure
 from .comparison import comparison_report, torque_figure
 from .figures import comparison_figure, run_figure, save_figure
 from .report import reproduction_report
-from .self_motion import self_motion_figure, start_record
+from .self_motion import self_motion_figure
 from .style import law_name, plain_text
 from .survey import survey_figure, survey_report
 
 __all__ = [
     "atlas_figure",
-    "atlas_record",
     "comparison_figure",
     "comparison_report",
     "law_name",
@@ -20,7 +19,6 @@ __all__ = [
     "save_figure",
     "self_motion_figure",
     "stability_figure",
-    "start_record",
     "survey_figure",
     "survey_report",
     "torque_figure",

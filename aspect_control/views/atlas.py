@@ -103,26 +103,6 @@ def stability_figure(atlas: Atlas, runs: Mapping[str, Run], title: str = "") -> 
         return figure
 
 
-def atlas_record(atlas: Atlas, runs: Mapping[str, Run]) -> dict[str, Any]:
-    """Return what an atlas and the paths over it come to as plain numbers and strings, for JSON.
-
-    Args:
-        atlas: The atlas.
-        runs: Runs of the same arm by the labels of their laws.
-    """
-    record = atlas.to_dict()
-    shares = [signature["share"] for signature in record["signatures"]]
-    paths = {}
-    for label, run in runs.items():
-        picked = np.linspace(0, len(run.q) - 1, min(len(run.q), 200)).astype(int)
-        paths[label] = {
-            "sign_changes": len(minor_zero_crossings(run)),
-            "agreement": atlas.agreement(np.array([run.arm.positions(run.q[i]) for i in picked])),
-        }
-    description = f"the largest covers {shares[0]:.1%}, the smallest {shares[-1]:.2%}"
-    return {**record, "description": description, "paths": paths}
-
-
 def _signature_colours(signs: NDArray[np.int8]) -> Array:
     """Return one colour a signature, shape (c, 3): antipodes share a hue."""
     from matplotlib.colors import to_rgb

@@ -14,7 +14,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ..analysis.section4 import AGREES, Claim
-from ..aspects import SelfMotion, Start
+from ..aspects import SelfMotion, Start, growth
 
 
 def quantity(value: float) -> str:
@@ -117,6 +117,8 @@ def show_start(chosen: Start) -> None:
         console.print(escape(f"on a border now: {named}"), highlight=False)
     for curve in chosen.curves[:1]:
         console.print(escape(describe_self_motion(curve)), highlight=False)
+        grown = growth(curve)
+        console.print(describe_growth(curve.length, curve.closed, grown.factor, grown.largest_factor), highlight=False)
     if chosen.sample is not None:
         console.print(f"the sample passes {len(chosen.sample.signatures)} signatures", highlight=False)
     positions = ", ".join(f"{value:.6f}" for value in after)
@@ -139,8 +141,40 @@ def show_atlas(record: Mapping[str, Any]) -> None:
     signatures, console = record["signatures"], Console(soft_wrap=True)
     first, second = record["axes"]
     console.print(
-        escape(f"slice of {first} and {second}: {len(signatures)} aspect signatures; {record['description']}"),
+        escape(
+            f"slice of {first} and {second}: {len(signatures)} aspect signatures, the largest on "
+            f"{signatures[0]['share']:.1%} of it, the smallest on {signatures[-1]['share']:.2%}"
+        ),
         highlight=False,
     )
-    rows = [(law, str(values["sign_changes"]), f"{values['agreement']:.0%}") for law, values in record["paths"].items()]
-    show_table(("path", "sign changes", "signs as in the slice"), rows)
+    console.print()
+    single = "self_motion" in record
+    header = ["path", "changes", "in slice"]
+    header += ["Eq. (12)", "−c ṡ³", "c", "ṡ"] if single else []
+    rows = []
+    for law, path in record["paths"].items():
+        cells = [law, str(path["sign_changes"]), f"{path['agreement']:.0%}"]
+        if single:
+            numbers = ("maciejewski_product_max", "own_product", "c", "self_motion_speed")
+            cells += [f"{path[name]:.3g}" for name in numbers]
+        rows.append(cells)
+    show_table(header, rows)
+    console.print()
+    console.print(
+        "changes: how often a minor changes sign; in slice: part of the path on which all signs are those of the slice"
+        + ("; Eq. (12): peak of θ̇_H·θ̈_H (rad²/s³), and −c ṡ³, c (1/rad) and ṡ (rad/s) at that moment" * single),
+        highlight=False,
+    )
+    if single:
+        motion = record["self_motion"]
+        console.print()
+        console.print(describe_growth(**motion), highlight=False)
+
+
+def describe_growth(length: float, closed: bool, growth: float, largest_growth: float) -> str:
+    """Say in words what a free self-motion does under minimum torque."""
+    way = "once round" if closed else "from end to end"
+    return (
+        f"free self-motion through the start, {length:.2f} rad long, under minimum torque: its speed is multiplied by "
+        f"{growth:.3g} {way}, by up to {largest_growth:.3g} from one place to another"
+    )

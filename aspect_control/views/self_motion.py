@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..aspects import SelfMotion, Start
+from ..aspects import SelfMotion
 from .panels import MOST_NAMED, minor_unit
 from .style import COLOURS, DASHES, style
 
@@ -74,35 +74,3 @@ def self_motion_figure(curve: SelfMotion, title: str = "") -> Any:
             axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=8, columnspacing=1.2)
         figure.suptitle(title)
         return figure
-
-
-def start_record(chosen: Start) -> dict[str, Any]:
-    """Return a chosen start as plain numbers, strings and lists, for JSON."""
-    arm = chosen.arm
-    return {
-        "joints": list(arm.joint_names),
-        "positions": arm.positions(chosen.q).tolist(),
-        "reference_positions": arm.positions(chosen.reference_q).tolist(),
-        "change": chosen.change.tolist(),
-        "minor_measure": chosen.value,
-        "reference_minor_measure": chosen.reference_value,
-        "smallest_minor": chosen.smallest_minor,
-        "reference_smallest_minor": chosen.reference_smallest_minor,
-        "signature": list(chosen.signature),
-        "minors_on_border_at_reference": (arm.minors_on_border(chosen.reference_q) + 1).tolist(),
-        "minors_on_border": (arm.minors_on_border(chosen.q) + 1).tolist(),
-        "found": chosen.found,
-        "self_motions": [
-            {
-                "closed": curve.closed,
-                "ends": list(curve.ends),
-                "length": curve.length,
-                "aspects": [interval._asdict() for interval in curve.aspects],
-                "sign_changes": [crossing._asdict() for crossing in curve.crossings],
-                "limits": [crossing._asdict() for crossing in curve.limit_crossings],
-                "largest_task_error": float(curve.task_error.max()),
-            }
-            for curve in chosen.curves
-        ],
-        "sampled_signatures": 0 if chosen.sample is None else len(chosen.sample.signatures),
-    }

@@ -148,27 +148,20 @@ def show_atlas(record: Mapping[str, Any]) -> None:
         highlight=False,
     )
     console.print()
-    single = "self_motion" in record
-    header = ["path", "changes", "in slice"]
-    header += ["Eq. (12)", "−c ṡ³", "c", "ṡ"] if single else []
-    rows = []
-    for law, path in record["paths"].items():
-        cells = [law, str(path["sign_changes"]), f"{path['agreement']:.0%}"]
-        if single:
-            numbers = ("maciejewski_product_max", "own_product", "c", "self_motion_speed")
-            cells += [f"{path[name]:.3g}" for name in numbers]
-        rows.append(cells)
-    show_table(header, rows)
-    console.print()
-    console.print(
-        "changes: how often a minor changes sign; in slice: part of the path on which all signs are those of the slice"
-        + ("; Eq. (12): peak of θ̇_H·θ̈_H (rad²/s³), and −c ṡ³, c (1/rad) and ṡ (rad/s) at that moment" * single),
-        highlight=False,
+    paths = record["paths"]
+    show_table(
+        ("path", "sign changes of minors", "signs as in the slice"),
+        [(law, str(path["sign_changes"]), f"{path['agreement']:.0%} of it") for law, path in paths.items()],
     )
-    if single:
-        motion = record["self_motion"]
+    if "self_motion" in record:
+        numbers = ("maciejewski_product_max", "own_product", "c", "self_motion_speed")
         console.print()
-        console.print(describe_growth(**motion), highlight=False)
+        show_table(
+            ("path, at its peak of Eq. (12)", "θ̇_H·θ̈_H", "−c ṡ³", "c (1/rad)", "ṡ (rad/s)"),
+            [(law, *(f"{path[name]:.3g}" for name in numbers)) for law, path in paths.items()],
+        )
+        console.print()
+        console.print(describe_growth(**record["self_motion"]), highlight=False)
 
 
 def describe_growth(length: float, closed: bool, growth: float, largest_growth: float) -> str:

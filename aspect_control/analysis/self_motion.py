@@ -21,11 +21,13 @@ class SelfMotionOfRun:
         c: The coefficient in the direction of `null_vector`, shape (k,), 1/rad.
         own_product: −c ṡ³, shape (k,), rad²/s³: the part of θ̇_H·θ̈_H that the self-motion brings about by itself; the
             rest comes with the motion of the task and with gravity.
+        own_logarithm: −∫c ṡ dt, shape (k,): by how much ln |ṡ| would have grown since the start by itself.
     """
 
     speed: Array
     c: Array
     own_product: Array
+    own_logarithm: Array
 
 
 def self_motion_of_run(run: Run) -> SelfMotionOfRun:
@@ -40,4 +42,6 @@ def self_motion_of_run(run: Run) -> SelfMotionOfRun:
     require_one_to_spare(run.arm)
     speed: Array = np.einsum("ki,ki->k", null_vector(run.jacobians), run.v)
     c = np.array([stability(run.arm, q) for q in run.q])
-    return SelfMotionOfRun(speed, c, -c * speed**3)
+    rate = -c * speed
+    grown = np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2.0 * np.diff(run.t))])
+    return SelfMotionOfRun(speed, c, rate * speed**2, grown)

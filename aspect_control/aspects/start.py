@@ -18,7 +18,7 @@ from .postures import into_limits, jacobian, project, task_error, turned
 from .sampling import SelfMotionSample, sample_self_motion, search_box
 from .self_motion import SelfMotion, self_motion
 
-_CURVE_SEEDS = 48
+_CURVE_SEEDS = 150
 """Random postures from which the curves of an arm with one joint to spare are looked for."""
 
 _SAMPLES = 300
@@ -30,13 +30,13 @@ _SPACING = 0.02
 _REFERENCE_ERROR = 1e-6
 """How far the reference may be from the task value, m and rad."""
 
-_APART = 0.1
+_APART = 0.5
 """How far some joint of two postures must be apart for both to be improved, rad."""
 
 _EQUAL = 1e-6
 """Relative difference up to which two values of the criterion count as equally good."""
 
-_CLIMBS = 10
+_CLIMBS = 25
 """How many of the best postures are improved by constrained optimisation."""
 
 
@@ -135,7 +135,7 @@ def choose_start(
         reference: Joint configuration to compare with, shape (nq,), rad, of the same task value and inside the joint
             limits; None for the first posture found.
         within: How far each joint may be from `reference`, rad; infinite for any distance.
-        count: How many random postures to find; None for 48 with one joint to spare, else 300.
+        count: How many random postures to find; None for 150 with one joint to spare, else 300.
         seed: Seed of the random numbers: the same seed gives the same posture.
 
     Raises:
@@ -168,7 +168,7 @@ def choose_start(
         raise ParameterError(f"the criterion is not finite at any of {len(values)} postures with this task value")
     box = search_box(arm, centre, within)
     peaks = [(postures[values.argmax()], float(values.max()))]
-    peaks += [objective.climb(each, x, box) for each in _best(postures, values)]
+    peaks += [objective.climb(each, x, box) for each in _best(postures, values, min(_APART, within / 2.0))]
     best, value = _nearest_of_best(peaks, centre)
     signs = np.where(minor_shares(arm, best) <= BORDER_TOLERANCE, 0.0, np.sign(_minors(arm, best)))
     return Start(
@@ -320,12 +320,12 @@ def _nearest_of_best(peaks: list[tuple[Array, float]], centre: Array) -> tuple[A
     return min(equal, key=lambda peak: float(np.linalg.norm(peak[0] - centre)))
 
 
-def _best(postures: Array, values: Array) -> list[Array]:
-    """Return the best postures that are not close to a better one, best first."""
+def _best(postures: Array, values: Array, apart: float) -> list[Array]:
+    """Return the best postures of which some joint is `apart`, rad, from every better one, best first."""
     chosen: list[Array] = []
     for index in np.argsort(-values, kind="stable"):
         if len(chosen) == _CLIMBS or not np.isfinite(values[index]):
             break
-        if all(np.abs(postures[index] - other).max() > _APART for other in chosen):
+        if all(np.abs(postures[index] - other).max() > apart for other in chosen):
             chosen.append(postures[index])
     return chosen

@@ -1,10 +1,9 @@
 """The atlas: against the closed form of the planar arm, on Panda, as figures and on the command line."""
 
 import json
-import subprocess
+import re
 import sys
 import warnings
-from pathlib import Path
 
 import numpy as np
 import planar_reference
@@ -19,7 +18,6 @@ from aspect_control.cli import main
 from aspect_control.exceptions import JointNotFoundError, ParameterError
 from aspect_control.views import atlas_figure, stability_figure
 
-COMMAND = str(Path(sys.executable).with_name("aspect-control"))
 PANDA = np.array([0.3, -0.3, 0.2, -1.9, 0.3, 1.8, 0.5])
 
 
@@ -254,17 +252,35 @@ def test_stability_figure_shows_the_direction(planar_atlas, runs):
 # The command
 
 
-def test_atlas_of_trajectory_a_from_the_command_line(tmp_path):
-    out = ("--out", str(tmp_path / "out"))
-    command = [COMMAND, "atlas", "--resolution", "30", "--set", "simulation.dt=5e-3", *out]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
+@pytest.fixture
+def atlas(monkeypatch, capsys):
+    """The command in this process: exit status, standard output and standard error."""
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["aspect-control", "atlas", *map(str, arguments)])
+        with pytest.raises(SystemExit) as raised:
+            main()
+        return raised.value.code or 0, *capsys.readouterr()
+
+    return run
+
+
+def test_atlas_of_trajectory_a_from_the_command_line(tmp_path, monkeypatch, atlas):
+    """With every atlas counting as a long one, so that it is only made with --yes."""
+    monkeypatch.setattr("aspect_control.aspects.atlas.LONG", 0.0)
+    arguments = "--resolution", "20", "--set", "simulation.dt=1e-2", "--out", tmp_path / "out"
+    status, _, error = atlas(*arguments)
+    assert status == 2
+    assert re.search(r"a resolution of 20 takes about \d+ s: give --yes to go on, or a lower --resolution", error)
+    assert not (tmp_path / "out").exists()
+    status, shown, error = atlas(*arguments, "--yes")
+    assert (status, error) == (0, "")
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert names == {"atlas.json", "atlas.png", "atlas.svg", "stability.png", "stability.svg"}
     record = json.loads((tmp_path / "out" / "atlas.json").read_text(encoding="utf-8"), parse_constant=pytest.fail)
     assert tuple(record["paths"]) == paper.LAWS
-    assert record["paths"]["modified-null-space-vector"]["sign_changes"] == 0
-    lines = {" ".join(line.split()) for line in done.stdout.splitlines()}
+    lines = {" ".join(line.split()) for line in shown.splitlines()}
     for law, path in record["paths"].items():
         numbers = [path[name] for name in ("maciejewski_product_max", "own_product", "c", "self_motion_speed")]
         assert f"{law} {path['sign_changes']} 100% of it" in lines
@@ -284,39 +300,11 @@ def test_atlas_of_trajectory_a_from_the_command_line(tmp_path):
         (["--out", "file/below"], "cannot write to folder file/below"),
     ],
 )
-def test_bad_input_of_atlas_is_one_line_and_status_2_and_writes_nothing(
-    tmp_path, monkeypatch, capsys, arguments, words
-):
+def test_bad_input_of_atlas_is_one_line_and_status_2_and_writes_nothing(tmp_path, monkeypatch, atlas, arguments, words):
     (tmp_path / "file").write_text("in the way")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", ["aspect-control", "atlas", *arguments])
-    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
-    with pytest.raises(SystemExit) as raised:
-        main()
-    shown = capsys.readouterr()
-    assert (raised.value.code, shown.out) == (2, "")
-    assert len(shown.err.splitlines()) == 1
-    assert words in shown.err
+    status, shown, error = atlas(*arguments)
+    assert (status, shown) == (2, "")
+    assert len(error.splitlines()) == 1
+    assert words in error
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
-
-
-def test_yes_goes_on_with_what_takes_long(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("aspect_control.aspects.atlas.LONG", 0.0)
-    out = ["--out", str(tmp_path / "out"), "--resolution", "4", "--set", "simulation.dt=0.02"]
-    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
-    for options, status in (([], 2), (["--yes"], 0)):
-        monkeypatch.setattr(sys, "argv", ["aspect-control", "atlas", *out, *options])
-        with pytest.raises(SystemExit) as raised:
-            main()
-        assert (raised.value.code or 0, (tmp_path / "out" / "atlas.png").exists()) == (status, status == 0)
-    assert "takes about 0 s: give --yes to go on" in capsys.readouterr().err
-
-
-def test_long_atlas_says_how_long_and_that_yes_goes_on(monkeypatch, capsys):
-    monkeypatch.setattr(sys, "argv", ["aspect-control", "atlas", "--resolution", "5000"])
-    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
-    with pytest.raises(SystemExit):
-        main()
-    words = capsys.readouterr().err
-    assert any(unit in words for unit in (" min:", " h:"))
-    assert "give --yes to go on, or a lower --resolution" in words

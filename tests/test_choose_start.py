@@ -1,10 +1,8 @@
 """Choosing a start: against a search of the closed form, on real arms, on the command line."""
 
 import json
-import subprocess
 import sys
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,14 +16,21 @@ from aspect_control.exceptions import AspectControlError, ParameterError, Unreac
 
 READY = np.array([0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4])
 PAPER = np.deg2rad([-50.0, 140.0, -140.0])
-COMMAND = str(Path(sys.executable).with_name("aspect-control"))
 READY_SETTING = f"start.positions={READY.tolist()}"
 
 
-def start(*arguments, **options):
-    return subprocess.run(
-        [COMMAND, "start", *map(str, arguments)], capture_output=True, text=True, check=False, **options
-    )
+@pytest.fixture
+def start(monkeypatch, capsys):
+    """The command in this process: exit status, standard output and standard error."""
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["aspect-control", "start", *map(str, arguments)])
+        with pytest.raises(SystemExit) as raised:
+            main()
+        return raised.value.code or 0, *capsys.readouterr()
+
+    return run
 
 
 @pytest.fixture(scope="module")
@@ -160,15 +165,15 @@ def test_bad_input_of_a_choice(planar, options, error, words):
 # The command
 
 
-def test_start_prints_what_changes_and_writes_what_it_says(tmp_path):
-    done = start("panda-pose", "--set", READY_SETTING, "--out", tmp_path / "out")
-    assert (done.returncode, done.stderr) == (0, "")
+def test_start_prints_what_changes_and_writes_what_it_says(tmp_path, start):
+    status, shown, error = start("panda-pose", "--set", READY_SETTING, "--out", tmp_path / "out")
+    assert (status, error) == (0, "")
     assert {each.name for each in (tmp_path / "out").iterdir()} == {"start.json", "self-motion.png", "self-motion.svg"}
     record = json.loads((tmp_path / "out" / "start.json").read_text(encoding="utf-8"), parse_constant=pytest.fail)
     assert record["minors_on_border_at_reference"] == [3, 5, 7]
     assert record["minors_on_border"] == []
     assert max(curve["largest_task_error"] for curve in record["self_motions"]) < 1e-9
-    lines = {" ".join(line.split()) for line in done.stdout.splitlines()}
+    lines = {" ".join(line.split()) for line in shown.splitlines()}
     assert "minors on a border, of 7 3 0" in lines
     assert f"minor measure 0 {record['value']:.4g}" in lines
     assert "best of 2 self-motion curves, inside the joint limits" in lines
@@ -193,14 +198,10 @@ def test_start_prints_what_changes_and_writes_what_it_says(tmp_path):
         (["planar3r", "--out", "file/below"], "cannot write to folder file/below"),
     ],
 )
-def test_bad_input_of_start_is_one_line_and_status_2(tmp_path, monkeypatch, capsys, arguments, words):
+def test_bad_input_of_start_is_one_line_and_status_2(tmp_path, monkeypatch, start, arguments, words):
     (tmp_path / "file").write_text("in the way")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", ["aspect-control", "start", *arguments])
-    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
-    with pytest.raises(SystemExit) as raised:
-        main()
-    shown = capsys.readouterr()
-    assert (raised.value.code, shown.out) == (2, "")
-    assert len(shown.err.splitlines()) == 1
-    assert words in shown.err
+    status, shown, error = start(*arguments)
+    assert (status, shown) == (2, "")
+    assert len(error.splitlines()) == 1
+    assert words in error

@@ -249,6 +249,27 @@ def test_stability_figure_shows_the_direction(planar_atlas, runs):
     assert figure.axes[1].get_ylabel().startswith("c (1/rad) for travel along the arrows")
 
 
+def test_stability_figure_is_for_one_joint_to_spare():
+    arm = example_arm("panda", "xyz")
+    atlas = aspects.compute_atlas(aspects.JointSlice(arm, PANDA, ("panda_joint2", "panda_joint4")), 2)
+    with pytest.raises(ParameterError, match="leaves 4 of 7"):
+        stability_figure(atlas, {})
+
+
+def test_borders_on_the_edge_of_the_torus_are_drawn(planar_atlas):
+    """δ₃ = 0 at θ₂ = ±180°, δ₁ = δ₂ = 0 at θ₃ = ±180°: between the cells on both sides of the seam."""
+    from aspect_control.views.atlas import _beyond_the_edges
+
+    a, b, values = _beyond_the_edges(planar_atlas)
+    assert a[0] + a[1] == pytest.approx(-360.0)
+    assert b[-1] + b[-2] == pytest.approx(360.0)
+    second, third = np.meshgrid(np.deg2rad(a), np.deg2rad(b))
+    expected = np.moveaxis(planar_reference.minors([None, second, third]), 0, -1)
+    np.testing.assert_allclose(values, expected, atol=1e-12)
+    assert (values[:, 0, 2] * values[:, 1, 2] < 0.0).all()
+    assert (values[0, :, :2] * values[1, :, :2] < 0.0).all()
+
+
 # The command
 
 

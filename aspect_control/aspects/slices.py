@@ -35,6 +35,11 @@ class Axis(NamedTuple):
     unit: str
     angle: bool
 
+    @property
+    def full_turn(self) -> bool:
+        """Whether the axis is a whole turn of a joint, so that its ends are the same."""
+        return self.angle and bool(np.isclose(self.high - self.low, 2.0 * np.pi))
+
     def centres(self, count: int) -> Array:
         """Return the centres of `count` equal cells, shape (count,)."""
         cells: Array = self.low + (np.arange(count) + 0.5) * (self.high - self.low) / count

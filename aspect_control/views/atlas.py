@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..analysis import minor_zero_crossings
 from ..aspects import Atlas, Axis
+from ..exceptions import ParameterError
 from ..redundancy import Array
 from ..simulation import Run
 from .panels import MOST_NAMED
@@ -76,11 +77,17 @@ def stability_figure(atlas: Atlas, runs: Mapping[str, Run], title: str = "") -> 
     Returns:
         A `matplotlib.figure.Figure`. Arrows show the direction of `null_vector`, for which the colours hold: for travel
         against them c has the other sign.
+
+    Raises:
+        ParameterError: If not exactly one joint is to spare.
     """
     from matplotlib.figure import Figure
 
     if atlas.stability is None or atlas.direction is None:
-        raise ValueError("the stability map is for an arm with one joint to spare")
+        raise ParameterError(
+            f"the stability map is for an arm with one joint to spare; the task {atlas.arm.task} leaves "
+            f"{atlas.arm.redundancy} of {atlas.arm.nv}"
+        )
     with style():
         figure: Any = Figure(figsize=(10.0, 8.2), layout="constrained")
         axes = figure.subplots()
@@ -181,10 +188,11 @@ def _draw_borders(axes: Any, atlas: Atlas) -> None:
     """Draw where each minor is zero, in a line style of its own if there are few, and contours of H."""
     a, b = _shown(atlas)
     axes.contour(a, b, atlas.minor_measure, levels=7, colors="white", linewidths=0.7, alpha=0.7)
-    count = atlas.minors.shape[-1]
+    a, b, minors = _beyond_the_edges(atlas)
+    count = minors.shape[-1]
     named = count <= MOST_NAMED and len(atlas.signatures[0]) <= MOST_SIGNATURES
     for index in range(count):
-        values = atlas.minors[..., index]
+        values = minors[..., index]
         if values.min() >= 0.0 or values.max() <= 0.0:
             continue
         axes.contour(
@@ -196,6 +204,16 @@ def _draw_borders(axes: Any, atlas: Atlas) -> None:
             linestyles=[_border_dashes(index) if named else "solid"],
             linewidths=1.3 if named else 0.6,
         )
+
+
+def _beyond_the_edges(atlas: Atlas) -> tuple[Array, Array, Array]:
+    """Return the grid and the minors with a row more on both sides of a whole turn: borders may lie on the edge."""
+    (a, b), minors = _shown(atlas), atlas.minors
+    if atlas.slice.horizontal.full_turn:
+        a, minors = np.pad(a, 1, mode="reflect", reflect_type="odd"), np.pad(minors, ((0, 0), (1, 1), (0, 0)), "wrap")
+    if atlas.slice.vertical.full_turn:
+        b, minors = np.pad(b, 1, mode="reflect", reflect_type="odd"), np.pad(minors, ((1, 1), (0, 0), (0, 0)), "wrap")
+    return a, b, minors
 
 
 def _border_dashes(index: int) -> Any:

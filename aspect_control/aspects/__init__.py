@@ -1,8 +1,9 @@
 """The aspects of an arm: self-motions, the best posture to start from, maps of configurations."""
 
 from .atlas import Atlas, compute_atlas, describe_time, estimated_time
+from .crossings import AspectInterval, BorderCrossing, LimitCrossing
 from .sampling import SelfMotionSample, sample_self_motion
-from .self_motion import AspectInterval, BorderCrossing, LimitCrossing, SelfMotion, self_motion
+from .self_motion import SelfMotion, self_motion
 from .slices import Axis, JointSlice, SelfMotionSlice, Slice
 from .stability_map import Growth, growth, stability
 from .start import Start, choose_start

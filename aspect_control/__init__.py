@@ -9,7 +9,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from . import controllers, criteria, redundancy, simulation
+from . import aspects, controllers, criteria, redundancy, simulation
 from .arm import Arm, ArmState
 from .exceptions import AspectControlError
 from .simulation import Run, simulate
@@ -31,6 +31,7 @@ __all__ = [
     "Target",
     "Trajectory",
     "Waypoints",
+    "aspects",
     "controllers",
     "criteria",
     "redundancy",

@@ -34,6 +34,14 @@ class TooManyMinorsError(AspectControlError):
     """A Jacobian has more minors than can be handled."""
 
 
+class UnreachableError(AspectControlError):
+    """No posture inside the joint limits puts the task frame where it is to be."""
+
+
+class RankLossError(AspectControlError):
+    """The Jacobian has lost rank, so that the self-motion has no direction of its own."""
+
+
 class AspectBorderWarning(UserWarning):
     """A motion starts on the border of an aspect, or is about to come near one."""
 

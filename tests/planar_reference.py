@@ -75,3 +75,16 @@ def minor_measure_gradient(q):
     c2, c3, c23 = np.cos(q[1]), np.cos(q[2]), np.cos(q[1] + q[2])
     gradients = LENGTH**2 * np.array([[0.0, c2 + c23, c23], [0.0, 0.0, c3], [0.0, -c23, -c3 - c23]])
     return minor_measure(q) / 3.0 * (1.0 / minors(q)) @ gradients
+
+
+def postures(x, first):
+    """Both postures with the tip at x and the first angle given; none where links 2 and 3 are too short."""
+    wrist = (x - LENGTH * np.array([np.cos(first), np.sin(first)])) / LENGTH
+    cosine = (wrist @ wrist - 2.0) / 2.0
+    if abs(cosine) > 1.0:
+        return []
+    found = []
+    for third in (np.arccos(cosine), -np.arccos(cosine)):
+        direction = np.arctan2(wrist[1], wrist[0]) - np.arctan2(np.sin(third), 1.0 + np.cos(third))
+        found.append(np.array([first, direction - first, third]))
+    return found

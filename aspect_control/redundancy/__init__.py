@@ -29,8 +29,14 @@ from .minors import (
     structural_minor_columns,
     time_to_border,
 )
+from .null_vector import null_vector
 from .pseudoinverse import null_space_basis, null_space_projector, pseudoinverse
-from .stability import homogeneous_acceleration, homogeneous_velocity
+from .stability import (
+    homogeneous_acceleration,
+    homogeneous_velocity,
+    null_vector_derivative,
+    stability_coefficient,
+)
 from .torque import (
     dynamically_consistent_null_torque,
     inertia_weighted_torque,
@@ -66,10 +72,13 @@ __all__ = [
     "minors",
     "null_space_basis",
     "null_space_projector",
+    "null_vector",
+    "null_vector_derivative",
     "pseudoinverse",
     "pseudoinverse_torque",
     "repulsive_potential",
     "sphere_distance",
+    "stability_coefficient",
     "structural_minor_columns",
     "task_acceleration",
     "time_to_border",

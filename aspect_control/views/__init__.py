@@ -9,9 +9,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from .animation import animate
+from .atlas import atlas_figure, stability_figure
 from .comparison import comparison_report, torque_figure
 from .figures import comparison_figure, run_figure, save_figure
 from .report import reproduction_report
+from .self_motion import self_motion_figure
 from .style import law_name, plain_text
 from .survey import survey_figure, survey_report
 
@@ -32,6 +34,7 @@ __all__ = [
     "LiveView",
     "Replay",
     "animate",
+    "atlas_figure",
     "comparison_figure",
     "comparison_report",
     "law_name",
@@ -40,6 +43,8 @@ __all__ = [
     "reproduction_report",
     "run_figure",
     "save_figure",
+    "self_motion_figure",
+    "stability_figure",
     "survey_figure",
     "survey_report",
     "torque_figure",

@@ -266,6 +266,9 @@ def start(
     scenario: Annotated[
         Path, typer.Argument(help="A TOML file, or the name of a scenario that ships with the package.")
     ],
+    criterion: Annotated[
+        str, typer.Option(help="What is to be large; `aspect-control criteria` lists the names.")
+    ] = "minor-measure",
     within: Annotated[
         float | None, typer.Option(help="How far each joint may move, rad (m for prismatic joints); any unless given.")
     ] = None,
@@ -276,7 +279,7 @@ def start(
         list[str] | None, typer.Option("--set", help="Change a field of the scenario: robot.task=pose.")
     ] = None,
 ) -> None:
-    """Choose the posture with the best minor measure for the start of a scenario."""
+    """Choose the posture that is best by a criterion, the minor measure unless given, for the start of a scenario."""
     from .aspects import choose_start
     from .files import output_folder, write_text
     from .scenario import load_scenario
@@ -290,6 +293,7 @@ def start(
     chosen = choose_start(
         arm,
         arm.task_position(q),
+        criterion=criterion,
         reference=q,
         within=float("inf") if within is None else within,
         count=count,

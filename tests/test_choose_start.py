@@ -12,7 +12,7 @@ from planar_reference import position, postures
 
 import aspect_control as ac
 from aspect_control.cli import main
-from aspect_control.exceptions import AspectControlError, ParameterError, UnreachableError
+from aspect_control.exceptions import AspectControlError, ParameterError, UnknownNameError, UnreachableError
 
 READY = np.array([0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4])
 PAPER = np.deg2rad([-50.0, 140.0, -140.0])
@@ -175,7 +175,7 @@ def test_start_prints_what_changes_and_writes_what_it_says(tmp_path, start):
     assert max(curve["largest_task_error"] for curve in record["self_motions"]) < 1e-9
     lines = {" ".join(line.split()) for line in shown.splitlines()}
     assert "minors on a border, of 7 3 0" in lines
-    assert f"minor measure 0 {record['value']:.4g}" in lines
+    assert f"minor-measure 0 {record['value']:.4g}" in lines
     assert "best of 2 self-motion curves, inside the joint limits" in lines
     for name, before, after in zip(record["joints"], record["reference_positions"], record["positions"], strict=True):
         before, after = np.rad2deg([before, after])
@@ -205,3 +205,18 @@ def test_bad_input_of_start_is_one_line_and_status_2(tmp_path, monkeypatch, star
     assert (status, shown) == (2, "")
     assert len(error.splitlines()) == 1
     assert words in error
+
+
+def test_a_criterion_goes_by_its_name_and_is_what_climbs():
+    arm = example_arm("panda", "pose")
+    chosen = ac.aspects.choose_start(
+        arm, arm.task_position(READY), criterion="joint-range", reference=READY, count=20, within=0.5
+    )
+    criterion = ac.criteria.create("joint-range", arm)
+    rest = np.zeros(arm.nv)
+    assert chosen.criterion == "joint-range"
+    assert chosen.value == pytest.approx(criterion.value(arm.state(chosen.q, rest)))
+    assert chosen.reference_value == pytest.approx(criterion.value(arm.state(READY, rest)))
+    assert chosen.value > chosen.reference_value
+    with pytest.raises(UnknownNameError, match="joint-range"):
+        ac.aspects.choose_start(arm, arm.task_position(READY), criterion="joint-rang")

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Protocol, TypeAlias, runtime_checkable
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 
 from ..arm import Arm, ArmState
+from ..criteria import make
 from ..exceptions import ParameterError
-from ..redundancy import Array, minor_measure, minor_measure_gradient
+from ..redundancy import Array
 from ..tasks import TaskValue
 from .postures import jacobian, project, task_error
 
@@ -22,7 +23,7 @@ class HasValue(Protocol):
         """Return H at a state."""
 
 
-Criterion: TypeAlias = HasValue | Callable[[ArmState], float]
+Criterion: TypeAlias = str | Mapping[str, Any] | HasValue | Callable[[ArmState], float]
 
 
 class Objective:
@@ -30,27 +31,28 @@ class Objective:
 
     Attributes:
         arm: The arm.
+        name: What the criterion is called.
         value_of: The criterion as a function of the state.
         gradient_of: Its gradient, shape (nv,); None if it has none.
     """
 
-    def __init__(self, arm: Arm, criterion: Criterion | None) -> None:
-        """Set the arm and the criterion; None for the minor measure.
+    def __init__(self, arm: Arm, criterion: Criterion) -> None:
+        """Set the arm and the criterion.
 
         Raises:
+            CriterionNotFoundError: If there is no criterion of that name.
             ParameterError: If the criterion has no value and is no function.
+            AspectControlError: As the criterion's constructor does.
         """
         self.arm, self._rest = arm, np.zeros(arm.nv)
         self.value_of: Callable[[ArmState], float]
-        self.gradient_of: Callable[[ArmState], Array] | None
-        if criterion is None:
-            columns = arm.minor_columns
-            self.value_of = lambda state: float(minor_measure(state.J, columns))
-            self.gradient_of = lambda state: minor_measure_gradient(state.J, arm.jacobian_derivative(state.q), columns)
-        elif isinstance(criterion, HasValue):
-            self.value_of, self.gradient_of = criterion.value, getattr(criterion, "gradient", None)
-        elif callable(criterion):
-            self.value_of, self.gradient_of = criterion, None
+        self.gradient_of: Callable[[ArmState], Array] | None = None
+        made = make(arm, criterion) if isinstance(criterion, str | Mapping) else criterion
+        self.name = str(getattr(made, "name", getattr(made, "__name__", type(made).__name__)))
+        if isinstance(made, HasValue):
+            self.value_of, self.gradient_of = made.value, getattr(made, "gradient", None)
+        elif callable(made):
+            self.value_of = made
         else:
             raise ParameterError(f"a criterion has a 'value(state)' or is a function of the state, got {criterion!r}")
 

@@ -47,6 +47,7 @@ class Start:
     Attributes:
         arm: The arm.
         x: The task value.
+        criterion: Name of the criterion.
         q: The posture, shape (nq,), rad.
         value: Value of the criterion there.
         reference_q: The posture that it is compared with, shape (nq,), rad.
@@ -62,6 +63,7 @@ class Start:
 
     arm: Arm
     x: TaskValue
+    criterion: str
     q: Array
     value: float
     reference_q: Array
@@ -87,6 +89,7 @@ class Start:
             "positions": arm.positions(self.q).tolist(),
             "reference_positions": arm.positions(self.reference_q).tolist(),
             "change": self.change.tolist(),
+            "criterion": self.criterion,
             "value": self.value,
             "reference_value": self.reference_value,
             "smallest_minor": self.smallest_minor,
@@ -104,13 +107,13 @@ def choose_start(
     arm: Arm,
     x: TaskValue,
     *,
-    criterion: Criterion | None = None,
+    criterion: Criterion = "minor-measure",
     reference: ArrayLike | None = None,
     within: float = np.inf,
     count: int | None = None,
     seed: int = 0,
 ) -> Start:
-    """Return the posture with a task value that has the best minor measure inside the joint limits.
+    """Return the posture with a task value that is best by a criterion inside the joint limits.
 
     With one joint to spare, all self-motion curves that random postures lead to are followed; with several, the
     postures are sampled. From the best ones SciPy's SLSQP climbs on, with the task value as a constraint and the joint
@@ -119,8 +122,9 @@ def choose_start(
     Args:
         arm: The arm.
         x: Task value: shape (m,), m, or a `pin.SE3` for a task with rotations.
-        criterion: What is to be large instead of the minor measure H of Eq. (18): an object with `value(state)`, and
-            `gradient(state)` if it has one, or a function of the state, which is one at rest.
+        criterion: What is to be large: a criterion's name, or a mapping with its `name` and parameters, see `criteria`;
+            an object with `value(state)`, and `gradient(state)` if it has one; or a function of the state, which is one
+            at rest.
         reference: Joint configuration to compare with, shape (nq,), rad, of the same task value and inside the joint
             limits; None for the first posture found.
         within: How far each joint may be from `reference`, rad; infinite for any distance.
@@ -128,6 +132,7 @@ def choose_start(
         seed: Seed of the random numbers: the same seed gives the same posture.
 
     Raises:
+        CriterionNotFoundError: If there is no criterion of that name.
         UnreachableError: If no posture has this task value; the message says how near the task frame came.
         ParameterError: If the criterion is none or is nowhere finite, the reference is beyond a joint limit or has
             another task value, or `within`, `count` or `seed` is out of range.
@@ -163,6 +168,7 @@ def choose_start(
     return Start(
         arm=arm,
         x=x,
+        criterion=objective.name,
         q=arm.configuration(best),
         value=value,
         reference_q=arm.configuration(centre),

@@ -91,15 +91,16 @@ def show_start(chosen: Start) -> None:
         ],
     )
     borders = [len(arm.minors_on_border(q)) for q in (chosen.reference_q, chosen.q)]
+    vanishing = chosen.criterion == "minor-measure"
     Console().print()
     show_table(
         ("", "now", "chosen"),
         [
             # On a border, what is left of zero is rounding.
             (
-                "minor measure",
-                "0" if borders[0] else f"{chosen.reference_value:.4g}",
-                "0" if borders[1] else f"{chosen.value:.4g}",
+                chosen.criterion,
+                "0" if borders[0] and vanishing else f"{chosen.reference_value:.4g}",
+                "0" if borders[1] and vanishing else f"{chosen.value:.4g}",
             ),
             (
                 "smallest minor, part of its scale",

@@ -199,8 +199,12 @@ def test_a_taken_port_leads_to_the_next_one_and_the_command_says_which(run, tmp_
         port = taken.getsockname()[1]
         live = subprocess.Popen(
             [COMMAND, "replay", str(tmp_path / "run.npz"), "--live", "--port", str(port)],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        )  # fmt: skip
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            # A test run in the background of a shell hands an ignored SIGINT down.
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        )
         said = live.stdout.readline()
         live.send_signal(signal.SIGINT)
         rest, complaints = live.communicate(timeout=30)

@@ -203,7 +203,8 @@ def test_the_command_writes_what_it_writes_for_any_law(written):
     folder, printed = written
     labels = (LAW, "pseudoinverse")
     figures = {f"{label}.{suffix}" for label in (*labels, "comparison") for suffix in ("png", "svg")}
-    assert {path.name for path in folder.iterdir()} == figures | {f"{label}.npz" for label in labels} | {"summary.json"}
+    others = {f"{label}.npz" for label in labels} | {"summary.json", "replay.html"}
+    assert {path.name for path in folder.iterdir()} == figures | others
     assert re.search(rf"^{LAW} +[\d.]+ N m ", printed, re.MULTILINE)
 
 

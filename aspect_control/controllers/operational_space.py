@@ -4,8 +4,34 @@ from __future__ import annotations
 
 from ..arm import ArmState
 from ..redundancy import Array, dynamically_consistent_null_torque, inertia_weighted_torque
+from ..redundancy.compiled import NUMBER, compiled
+from ..redundancy.feedback import TASK_SPACE, commanded_acceleration, require_finite
+from ..redundancy.products import times
 from ..trajectories import Target
 from .damped import DampedController
+
+
+@compiled(*TASK_SPACE, NUMBER)
+def _torque(
+    M: Array,
+    nle: Array,
+    J: Array,
+    drift: Array,
+    x: Array,
+    q: Array,
+    v: Array,
+    x_d: Array,
+    dx_d: Array,
+    ddx_d: Array,
+    kp: Array,
+    kv: Array,
+    damping: float,
+) -> Array:
+    b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
+    damping_torque = -damping * times(M, v)
+    return require_finite(
+        inertia_weighted_torque(M, nle, J, b) + dynamically_consistent_null_torque(M, J, damping_torque)
+    )
 
 
 class OperationalSpace(DampedController):
@@ -20,11 +46,8 @@ class OperationalSpace(DampedController):
     """
 
     name = "operational-space"
+    is_compiled = True
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m."""
-        M, nle, J = state.M, state.nle, state.J
-        b = self.commanded_acceleration(state, target)
-        damping_torque = -self.damping * M @ state.v
-        tau: Array = inertia_weighted_torque(M, nle, J, b) + dynamically_consistent_null_torque(M, J, damping_torque)
-        return tau
+        return _torque(*self.terms(state, target), self.damping)

@@ -1,20 +1,25 @@
 """The mathematics of redundancy, free of robots: arrays in, arrays out."""
 
 from .array import Array
+from .gradients import manipulability_gradient, minor_measure_gradient
 from .minors import (
     MAX_MINORS,
     aspect_signature,
     border_tolerance,
     manipulability,
-    manipulability_gradient,
     minor_columns,
     minor_measure,
-    minor_measure_gradient,
     minors,
     structural_minor_columns,
 )
 from .pseudoinverse import null_space_basis, null_space_projector, pseudoinverse
-from .stability import homogeneous_acceleration, homogeneous_velocity
+from .stability import (
+    brake_torque,
+    dead_beat_torque,
+    homogeneous_acceleration,
+    homogeneous_velocity,
+    switched_torque,
+)
 from .torque import (
     dynamically_consistent_null_torque,
     inertia_weighted_torque,
@@ -28,6 +33,8 @@ __all__ = [
     "Array",
     "aspect_signature",
     "border_tolerance",
+    "brake_torque",
+    "dead_beat_torque",
     "dynamically_consistent_null_torque",
     "homogeneous_acceleration",
     "homogeneous_velocity",
@@ -44,5 +51,6 @@ __all__ = [
     "pseudoinverse",
     "pseudoinverse_torque",
     "structural_minor_columns",
+    "switched_torque",
     "task_acceleration",
 ]

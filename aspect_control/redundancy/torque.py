@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-import eigenpy
+import numpy as np
 
 from .array import Array
+from .cholesky import cholesky_solve, forward_substitution
+from .compiled import MATRIX, VECTOR, compiled
+from .products import times
 from .pseudoinverse import pseudoinverse
 
 
+@compiled(MATRIX, VECTOR, MATRIX, VECTOR)
 def pseudoinverse_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     """Return τ̃ = M J⁺ b + N, Eq. (7): the torque of the minimum-norm joint acceleration.
 
@@ -20,10 +24,10 @@ def pseudoinverse_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     Returns:
         τ̃, shape (n,), N m.
     """
-    tau: Array = M @ (pseudoinverse(J) @ b) + nle
-    return tau
+    return times(M, times(pseudoinverse(J), b)) + nle
 
 
+@compiled(MATRIX, VECTOR, MATRIX, VECTOR)
 def minimum_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     """Return the torque of least norm that gives the task acceleration: Eq. (11) without a projector.
 
@@ -40,13 +44,15 @@ def minimum_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     Returns:
         τ, shape (n,), N m.
     """
-    A = _torque_to_task(M, J)
-    tau: Array = pseudoinverse(A) @ (b + A @ nle)
-    return tau
+    A = cholesky_solve(np.linalg.cholesky(M), J)
+    return times(pseudoinverse(A), b + times(A, nle))
 
 
+@compiled(MATRIX, VECTOR, MATRIX, VECTOR)
 def inertia_weighted_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     """Return τ = Jᵀ(J M⁻¹Jᵀ)⁺b + N: the torque of the least θ̈ᵀMθ̈ that gives the task acceleration.
+
+    With M = L Lᵀ and W = J L⁻ᵀ, in whose coordinates that is the plain norm, it is L W⁺b + N.
 
     Args:
         M: Joint-space inertia matrix, shape (n, n), kg m².
@@ -57,13 +63,16 @@ def inertia_weighted_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     Returns:
         τ, shape (n,), N m.
     """
-    A = _torque_to_task(M, J)
-    tau: Array = J.T @ (pseudoinverse(A @ J.T) @ b) + nle
-    return tau
+    L = np.linalg.cholesky(M)
+    W = forward_substitution(L, J)
+    return times(L, times(pseudoinverse(W), b)) + nle
 
 
+@compiled(MATRIX, MATRIX, VECTOR)
 def dynamically_consistent_null_torque(M: Array, J: Array, tau: Array) -> Array:
     """Return (I − JᵀJ̄ᵀ)τ with J̄ = M⁻¹Jᵀ(J M⁻¹Jᵀ)⁺: the part of a torque that does not accelerate the task.
+
+    With M = L Lᵀ and W = J L⁻ᵀ it is L(I − W⁺W)L⁻¹τ.
 
     Args:
         M: Joint-space inertia matrix, shape (n, n), kg m².
@@ -73,11 +82,13 @@ def dynamically_consistent_null_torque(M: Array, J: Array, tau: Array) -> Array:
     Returns:
         The null-space torque, shape (n,), N m.
     """
-    A = _torque_to_task(M, J)
-    null_torque: Array = tau - J.T @ (pseudoinverse(A @ J.T) @ (A @ tau))
-    return null_torque
+    L = np.linalg.cholesky(M)
+    W = forward_substitution(L, J)
+    y = forward_substitution(L, tau.reshape(1, -1))[0]
+    return tau - times(L, times(pseudoinverse(W), times(W, y)))
 
 
+@compiled(MATRIX, VECTOR, MATRIX, VECTOR)
 def task_acceleration(M: Array, nle: Array, J: Array, tau: Array) -> Array:
     """Return b = J M⁻¹(τ − N): the task acceleration, less J̇θ̇, that a torque brings about.
 
@@ -90,10 +101,5 @@ def task_acceleration(M: Array, nle: Array, J: Array, tau: Array) -> Array:
     Returns:
         b = ẍ − J̇θ̇, shape (m,).
     """
-    b: Array = J @ eigenpy.LLT(M).solve(tau - nle)
-    return b
-
-
-def _torque_to_task(M: Array, J: Array) -> Array:
-    """Return A = J M⁻¹, shape (m, n); eigenpy hands a single column back as a vector."""
-    return eigenpy.LLT(M).solve(J.T).reshape(J.T.shape).T  # type: ignore[no-any-return]
+    force = (tau - nle).reshape(1, -1)
+    return times(J, cholesky_solve(np.linalg.cholesky(M), force)[0])

@@ -1,0 +1,128 @@
+"""Functions of arrays that are compiled by Numba when they are first needed, and kept on disk from then on."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cached_property, lru_cache, update_wrapper
+from pathlib import Path
+from typing import Any, Generic, TypeVar, cast
+
+import numpy as np
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+VECTOR = "float64[::1]"
+"""Type of a compiled function's argument: a vector."""
+
+MATRIX = "float64[:, ::1]"
+"""Type of a compiled function's argument: a matrix, in C order when it arrives."""
+
+TENSOR = "float64[:, :, :]"
+"""Type of a compiled function's argument: three indices, in any order."""
+
+NUMBER = "float64"
+"""Type of a compiled function's argument: a number."""
+
+INDICES = "Array(int64, 2, 'C', readonly=True)"
+"""Type of a compiled function's argument: a table of indices, which is not written to."""
+
+COUNT = "int64"
+"""Type of a compiled function's argument: a whole number."""
+
+
+def compiled(*arguments: str) -> Callable[[F], F]:
+    """Compile a function of arrays for exactly these argument types, but not before it is first called.
+
+    Numba takes longer to import than the rest of the package, so that it is imported then too. `prepare` compiles ahead
+    of time. Every function has one compiled version: arrays of another order or type are converted on the way in, and
+    no call compiles anything after the first.
+
+    The machine code is kept beside the package or, where that cannot be written to, in the user's cache folder, in a
+    folder that is named after the source text of this package: other text never meets old machine code.
+
+    Args:
+        *arguments: Numba's names of the argument types.
+    """
+    return lambda function: cast(F, Compiled(function, arguments))
+
+
+def prepare(*functions: Callable[..., Any]) -> None:
+    """Compile functions that `compiled` made, or load them, so that their next call does not wait for it."""
+    for function in functions:
+        if isinstance(function, Compiled):
+            function.dispatcher  # noqa: B018
+
+
+class Compiled(Generic[F]):
+    """A function with its compiled version, which other compiled functions call directly."""
+
+    def __init__(self, function: F, arguments: tuple[str, ...]) -> None:
+        """Keep a function and the types of its arguments."""
+        update_wrapper(self, function)
+        self._function = function
+        self._arguments = arguments
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the compiled function."""
+        dispatcher = self.dispatcher
+        try:
+            return dispatcher(*arguments)
+        except TypeError:
+            return dispatcher(*map(_converted, arguments, self._arguments))
+
+    @cached_property
+    def dispatcher(self) -> Any:
+        """The compiled function of Numba."""
+        import numba
+
+        signature = f"({', '.join(self._arguments)},)"
+        with _cache_folder() as folder:
+            compile_ = numba.njit(signature, cache=folder is not None, error_model="numpy")
+            return compile_(self._function)
+
+    @property
+    def _numba_type_(self) -> Any:
+        return self.dispatcher._numba_type_
+
+
+def _converted(value: Any, argument: str) -> Any:
+    if argument in (NUMBER, COUNT):
+        return float(value) if argument == NUMBER else int(value)
+    if argument == INDICES:
+        return np.ascontiguousarray(value, dtype=np.int64)
+    return np.ascontiguousarray(value, dtype=np.float64)
+
+
+@contextmanager
+def _cache_folder() -> Iterator[Path | None]:
+    """Point Numba to the folder for machine code; None if there is none that can be written to."""
+    import numba
+
+    chosen = numba.config.CACHE_DIR
+    folder = _writable_folder(chosen)
+    numba.config.CACHE_DIR = str(folder or "")
+    try:
+        yield folder
+    finally:
+        numba.config.CACHE_DIR = chosen
+
+
+@lru_cache(maxsize=1)
+def _writable_folder(chosen: str) -> Path | None:
+    here = Path(__file__).parent
+    text = b"".join(file.read_bytes() for file in sorted(here.glob("*.py")))
+    name = f"compiled-{hashlib.sha256(text).hexdigest()[:16]}"
+    users = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or Path.home() / ".cache"
+    folders = [Path(chosen)] if chosen else [here / "__pycache__", Path(users) / "aspect-control"]
+    for folder in folders:
+        try:
+            (folder / name).mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder / name):
+                return folder / name
+        except OSError:
+            continue
+    return None

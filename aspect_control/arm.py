@@ -347,6 +347,11 @@ class Arm:
         return columns, np.abs(minors(jacobians, columns)).max(axis=0)
 
     @cached_property
+    def first_joint(self) -> Array:
+        """Where the first joint is, shape (3,), m, world frame."""
+        return np.array(self.model.jointPlacements[1].translation)
+
+    @cached_property
     def reach(self) -> float:
         """Upper bound of the distance between the first joint and the task frame, m.
 
@@ -399,10 +404,14 @@ class Arm:
             NonFiniteError: If q or v holds NaN or infinity.
             ParameterError: If the cosine and sine of a continuous joint have not length 1.
         """
-        return self.unchecked_state(self.checked_configuration(q), finite_vector("v", v, self.nv))
+        state = self.unchecked_state(self.checked_configuration(q), finite_vector("v", v, self.nv))
+        self._last_state = state = state._replace(x=state.x.copy())
+        return state
 
     def unchecked_state(self, q: Array, v: Array) -> ArmState:
-        """Return the state at (q, v), which are kept as they are: for laws whose own text checks them.
+        """Return the state at (q, v) for a moment: q and v are kept as they are, and x only until the next call.
+
+        For laws whose own text checks what they take.
 
         Args:
             q: Joint configuration, shape (nq,), rad.
@@ -416,12 +425,13 @@ class Arm:
         J = getFrameJacobian(model, data, frame, _WORLD_ALIGNED)
         acceleration = getFrameClassicalAcceleration(model, data, frame, _WORLD_ALIGNED)
         if self._is_xyz:
-            x, drift = pose.translation.copy(), acceleration.linear
+            x, drift = pose.translation, acceleration.linear
         else:
             x, drift = self.coordinates.value(pose), acceleration.vector[rows]
         if self.nv == 1:  # eigenpy hands a matrix of one column over as a vector
             M, J = M.reshape(1, 1), J.reshape(6, 1)
-        self._last_state = state = ArmState(q, v, M, nle, J[rows], drift, x)
+        # What a NamedTuple's own constructor does, in half the time.
+        self._last_state = state = tuple.__new__(ArmState, (q, v, M, nle, J[rows], drift, x))
         return state
 
     def jacobian(self, q: ArrayLike) -> Array:
@@ -478,6 +488,17 @@ class Arm:
         self._last_state = None
         pin.forwardKinematics(self.model, self._data, self.checked_configuration(q))
         return self.coordinates.value(pin.updateFramePlacement(self.model, self._data, self._frame_id))
+
+    def task_position_at(self, q: Array) -> TaskValue:
+        """Return `task_position` at a valid configuration; at the q of the last state, the same array, what it holds.
+
+        Args:
+            q: Joint configuration, shape (nq,), rad; an array that has not changed since.
+        """
+        state = self._last_state
+        if state is None or state.q is not q:
+            return self.task_position(q)
+        return state.x if self.coordinates.has_rotation else state.x.copy()
 
     def skeleton(self, q: ArrayLike) -> Array:
         """Return where the joints and the task frame are, for drawing.

@@ -31,8 +31,10 @@ def finite_vector(name: str, value: ArrayLike, size: int | None = None) -> Array
         ShapeError: If it is not a vector of `size` numbers.
         NonFiniteError: If an entry is NaN or infinite.
     """
-    if type(value) is np.ndarray and value.dtype is _FLOAT and value.shape == (size,) and isfinite(sum(value.tolist())):
-        return value.copy()  # the usual case, without NumPy's checks, which take several times as long
+    if type(value) is np.ndarray and value.dtype is _FLOAT and value.ndim == 1 and size in (None, len(value)):
+        copy: Array = value.copy()
+        if isfinite(sum(copy.tolist())):
+            return copy  # the usual case, without NumPy's checks, which take several times as long
     try:
         vector = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
@@ -55,6 +57,8 @@ def finite_number(name: str, value: Any) -> float:
     Raises:
         ParameterError: If it is not a finite number.
     """
+    if type(value) is float and isfinite(value):
+        return value
     if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
         raise ParameterError(f"{name} must be a finite number, got {value!r}")
     return float(value)

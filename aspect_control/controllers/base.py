@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
@@ -30,6 +31,8 @@ class Controller(ABC):
         is_compiled: Whether `command` is compiled text that refuses, by an exception and before the law's memory
             changes, what does not fit or is not finite, its own result included. A subclass with a `command` of its
             own says so itself.
+        compiled_text: Functions made by `redundancy.compiled.compiled` that the law needs: they are loaded, or compiled
+            the first time on a machine, when the law is made and not in its first tick.
         arm: The arm.
         kp: Position gain, 1/s².
         kv: Velocity gain, 1/s.
@@ -38,6 +41,7 @@ class Controller(ABC):
     name: ClassVar[str]
     switches: ClassVar[bool] = False
     is_compiled: ClassVar[bool] = False
+    compiled_text: ClassVar[tuple[Callable[..., Any], ...]] = ()
 
     def __init_subclass__(cls) -> None:
         """Take no `command` for compiled that does not say so."""
@@ -65,6 +69,7 @@ class Controller(ABC):
                 f"{self.name} needs a redundant arm: the task {arm.task} has {arm.task_dim} coordinates, "
                 f"{arm.name!r} has {arm.nv} joints; give a task of at most {arm.nv - 1} coordinates"
             )
+        prepare(*self.compiled_text)
         self.arm = arm
         self._no_rotation = np.zeros(arm.task_dim)
         self._has_rotation = arm.coordinates.has_rotation
@@ -176,13 +181,13 @@ class TaskSpaceController(Controller):
         """
         return commanded_acceleration(*self.terms(state, target)[2:])
 
-    def terms(self, state: ArmState, target: Target) -> tuple[Array, ...]:
-        """Return the arguments of a task-space law in compiled text: see `redundancy.feedback.TASK_SPACE`."""
+    def terms(self, state: ArmState, target: Target, *parameters: float) -> tuple[Any, ...]:
+        """Return the arguments of a task-space law in compiled text: `redundancy.feedback.TASK_SPACE`, parameters."""
         q, v, M, nle, J, drift, x = state
         x_d = target.x
         if self._has_rotation:
             x_d, x = self.arm.coordinates.error(x_d, x), self._no_rotation
-        return M, nle, J, drift, x, q, v, x_d, target.dx, target.ddx, self.kp, self.kv
+        return M, nle, J, drift, x, q, v, x_d, target.dx, target.ddx, self.kp, self.kv, *parameters
 
 
 def _plain(gain: Array) -> float | list[float] | list[list[float]]:

@@ -11,6 +11,7 @@ import numpy as np
 from ..arm import Arm, ArmState
 from ..exceptions import AspectBorderWarning
 from ..redundancy import Array, manipulability_gradient
+from ..redundancy.compiled import prepare
 from ..redundancy.gradients import expanded_gradient, laplace_expansion
 
 
@@ -40,6 +41,11 @@ class Manipulability(Criterion):
 
     name = "manipulability"
 
+    def __init__(self, arm: Arm) -> None:
+        """Set the arm."""
+        super().__init__(arm)
+        prepare(manipulability_gradient)
+
     def gradient(self, state: ArmState) -> Array:
         """Return ∇w, shape (nv,), in the unit of w per rad."""
         return manipulability_gradient(state.J, self.arm.jacobian_derivative_at(state))
@@ -64,6 +70,7 @@ class MinorMeasure(Criterion):
             TooManyMinorsError: If the Jacobian has more minors than can be handled.
         """
         super().__init__(arm)
+        prepare(expanded_gradient)
         self.minor_columns = arm.minor_columns
         self._terms = laplace_expansion(self.minor_columns)
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from ..arm import ArmState
-from ..redundancy import Array, homogeneous_velocity, pseudoinverse_torque
+from ..redundancy import Array, damped_torque
 from ..redundancy.compiled import NUMBER, compiled
 from ..redundancy.feedback import TASK_SPACE, commanded_acceleration, require_finite
-from ..redundancy.products import times
 from ..trajectories import Target
 from .damped import DampedController
 
@@ -28,7 +27,7 @@ def _torque(
     damping: float,
 ) -> Array:
     b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
-    return require_finite(pseudoinverse_torque(M, nle, J, b) - damping * times(M, homogeneous_velocity(J, v)))
+    return require_finite(damped_torque(M, nle, J, b, v, damping))
 
 
 class DampedNullSpace(DampedController):
@@ -43,7 +42,8 @@ class DampedNullSpace(DampedController):
 
     name = "damped-null-space"
     is_compiled = True
+    compiled_text = (_torque,)
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m."""
-        return _torque(*self.terms(state, target), self.damping)
+        return _torque(*self.terms(state, target, self.damping))

@@ -39,6 +39,7 @@ class InertiaWeighted(TaskSpaceController):
 
     name = "inertia-weighted"
     is_compiled = True
+    compiled_text = (_torque,)
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m."""

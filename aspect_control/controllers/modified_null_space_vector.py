@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ..arm import Arm, ArmState
 from ..exceptions import NotResetError, UnknownNameError
 from ..redundancy import Array, brake_torque, dead_beat_torque, switched_torque
-from ..redundancy.compiled import NUMBER, compiled
+from ..redundancy.compiled import NUMBER, compiled, prepare
 from ..redundancy.feedback import TASK_SPACE, commanded_acceleration, require_finite
 from ..trajectories import Target
 from .base import TaskSpaceController
@@ -122,6 +122,7 @@ class ModifiedNullSpaceVector(TaskSpaceController):
             raise UnknownNameError(switching, SWITCHINGS, kind="switching")
         self.switching = switching
         self._torque = SWITCHINGS[switching]
+        prepare(self._torque)
         self._dt: float | None = None
 
     @property
@@ -135,7 +136,7 @@ class ModifiedNullSpaceVector(TaskSpaceController):
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m."""
-        return self._torque(*self.terms(state, target), self._sampling_time())
+        return self._torque(*self.terms(state, target, self._sampling_time()))
 
     def _sampling_time(self) -> float:
         if self._dt is not None:

@@ -38,6 +38,7 @@ class NullSpaceVector(TaskSpaceController):
 
     name = "null-space-vector"
     is_compiled = True
+    compiled_text = (_torque,)
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m."""

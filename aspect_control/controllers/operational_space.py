@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..arm import ArmState
-from ..redundancy import Array, dynamically_consistent_null_torque, inertia_weighted_torque
+from ..redundancy import Array, operational_space_torque
 from ..redundancy.compiled import NUMBER, compiled
 from ..redundancy.feedback import TASK_SPACE, commanded_acceleration, require_finite
 from ..redundancy.products import times
@@ -28,10 +28,7 @@ def _torque(
     damping: float,
 ) -> Array:
     b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
-    damping_torque = -damping * times(M, v)
-    return require_finite(
-        inertia_weighted_torque(M, nle, J, b) + dynamically_consistent_null_torque(M, J, damping_torque)
-    )
+    return require_finite(operational_space_torque(M, nle, J, b, -damping * times(M, v)))
 
 
 class OperationalSpace(DampedController):
@@ -47,7 +44,8 @@ class OperationalSpace(DampedController):
 
     name = "operational-space"
     is_compiled = True
+    compiled_text = (_torque,)
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m."""
-        return _torque(*self.terms(state, target), self.damping)
+        return _torque(*self.terms(state, target, self.damping))

@@ -34,6 +34,7 @@ class Pseudoinverse(TaskSpaceController):
 
     name = "pseudoinverse"
     is_compiled = True
+    compiled_text = (_torque,)
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ̃, shape (nv,), N m."""

@@ -62,6 +62,7 @@ class ResolvedMotion(Controller):
 
     name = "resolved-motion"
     is_compiled = True
+    compiled_text = (_sample,)
 
     def __init__(
         self,

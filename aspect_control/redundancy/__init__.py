@@ -21,9 +21,10 @@ from .stability import (
     switched_torque,
 )
 from .torque import (
-    dynamically_consistent_null_torque,
+    damped_torque,
     inertia_weighted_torque,
     minimum_torque,
+    operational_space_torque,
     pseudoinverse_torque,
     task_acceleration,
 )
@@ -34,8 +35,8 @@ __all__ = [
     "aspect_signature",
     "border_tolerance",
     "brake_torque",
+    "damped_torque",
     "dead_beat_torque",
-    "dynamically_consistent_null_torque",
     "homogeneous_acceleration",
     "homogeneous_velocity",
     "inertia_weighted_torque",
@@ -48,6 +49,7 @@ __all__ = [
     "minors",
     "null_space_basis",
     "null_space_projector",
+    "operational_space_torque",
     "pseudoinverse",
     "pseudoinverse_torque",
     "structural_minor_columns",

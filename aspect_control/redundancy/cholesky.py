@@ -2,8 +2,26 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from .array import Array
 from .compiled import MATRIX, compiled
+
+
+@compiled(MATRIX)
+def cholesky(M: Array) -> Array:
+    """Return L, lower triangular with L Lᵀ = M, by LAPACK.
+
+    Args:
+        M: Symmetric positive definite matrix, shape (n, n).
+
+    Returns:
+        L, shape (n, n).
+
+    Raises:
+        numpy.linalg.LinAlgError: If M is not positive definite, or not finite.
+    """
+    return np.linalg.cholesky(M)
 
 
 @compiled(MATRIX, MATRIX)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cached_property, lru_cache, update_wrapper
 from pathlib import Path
-from typing import Any, Generic, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -47,7 +47,11 @@ def compiled(*arguments: str) -> Callable[[F], F]:
     Args:
         *arguments: Numba's names of the argument types.
     """
-    return lambda function: cast(F, Compiled(function, arguments))
+
+    def decorate(function: F) -> F:
+        return cast(F, Compiled(function, arguments))
+
+    return decorate
 
 
 def prepare(*functions: Callable[..., Any]) -> None:
@@ -57,10 +61,10 @@ def prepare(*functions: Callable[..., Any]) -> None:
             function.dispatcher  # noqa: B018
 
 
-class Compiled(Generic[F]):
+class Compiled:
     """A function with its compiled version, which other compiled functions call directly."""
 
-    def __init__(self, function: F, arguments: tuple[str, ...]) -> None:
+    def __init__(self, function: Callable[..., Any], arguments: tuple[str, ...]) -> None:
         """Keep a function and the types of its arguments."""
         update_wrapper(self, function)
         self._function = function
@@ -102,27 +106,32 @@ def _cache_folder() -> Iterator[Path | None]:
     """Point Numba to the folder for machine code; None if there is none that can be written to."""
     import numba
 
-    chosen = numba.config.CACHE_DIR
-    folder = _writable_folder(chosen)
-    numba.config.CACHE_DIR = str(folder or "")
+    config: Any = numba.config
+    folder, chosen = _machine_code(), config.CACHE_DIR
+    config.CACHE_DIR = str(folder or "")
     try:
         yield folder
     finally:
-        numba.config.CACHE_DIR = chosen
+        config.CACHE_DIR = chosen
 
 
 @lru_cache(maxsize=1)
-def _writable_folder(chosen: str) -> Path | None:
-    here = Path(__file__).parent
+def _machine_code() -> Path | None:
+    """Return the folder: of `NUMBA_CACHE_DIR` if that is set, of this package or of the user."""
+    import numba
+
+    here, chosen = Path(__file__).parent, cast(Any, numba.config).CACHE_DIR
     text = b"".join(file.read_bytes() for file in sorted(here.glob("*.py")))
     name = f"compiled-{hashlib.sha256(text).hexdigest()[:16]}"
     users = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or Path.home() / ".cache"
     folders = [Path(chosen)] if chosen else [here / "__pycache__", Path(users) / "aspect-control"]
-    for folder in folders:
-        try:
-            (folder / name).mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=folder / name):
-                return folder / name
-        except OSError:
-            continue
-    return None
+    return next((folder / name for folder in folders if _is_writable(folder / name)), None)
+
+
+def _is_writable(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False

@@ -72,7 +72,9 @@ def _laplace_expansion(subsets: tuple[tuple[int, ...], ...]) -> NDArray[np.int64
         if count > MAX_TERMS:
             raise ValueError(f"the expansion of {len(subsets):,} minors of {m} rows has more than {MAX_TERMS:,} terms")
         levels.append(sorted({each for subset in levels[-1] for each in combinations(subset, k - 1)}))
-    terms, index, first = [], {(): 0}, 1
+    terms: list[tuple[int, ...]] = []
+    index: dict[tuple[int, ...], int] = {(): 0}
+    first = 1
     for k, level in enumerate(levels[-2::-1]):
         for minor, subset in enumerate(level, start=first):
             for j, column in enumerate(subset):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .array import Array
-from .cholesky import cholesky_solve
+from .cholesky import cholesky, cholesky_solve
 from .compiled import MATRIX, compiled
 from .products import product, product_with_transpose, transpose_times
 
@@ -31,7 +31,7 @@ def _of_wide(A: Array) -> Array:
     gram = product_with_transpose(A, A)
     # Rounding cannot make this one indefinite, and its inverse is as good a start of the iteration.
     gram += (8.0 * m * _EPSILON * np.trace(gram) + _TINY) * identity
-    X = transpose_times(A, cholesky_solve(np.linalg.cholesky(gram), identity))
+    X = transpose_times(A, cholesky_solve(cholesky(gram), identity))
     E = identity - product(A, X)
     if np.abs(E).max() <= CONVERGENT:
         return X + product(X, E)

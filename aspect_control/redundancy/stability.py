@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .array import Array
-from .cholesky import cholesky_solve
+from .cholesky import cholesky, cholesky_solve
 from .compiled import MATRIX, NUMBER, VECTOR, compiled
 from .products import times
 from .pseudoinverse import pseudoinverse
@@ -40,13 +40,13 @@ def homogeneous_acceleration(M: Array, tau: Array, tau_tilde: Array) -> Array:
         θ̈_H, shape (n,), rad/s².
     """
     difference = (tau - tau_tilde).reshape(1, -1)
-    return cholesky_solve(np.linalg.cholesky(M), difference)[0]
+    return cholesky_solve(cholesky(M), difference)[0]
 
 
 @compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR)
 def _both_torques(M: Array, nle: Array, J: Array, b: Array, v: Array) -> tuple[Array, Array, Array, float]:
     """Return τ̃ of Eq. (7), the minimum torque of Eq. (11), θ̇_H of Eq. (15) and θ̇_H·θ̈_H of Eq. (12)."""
-    J_pinv, L = pseudoinverse(J), np.linalg.cholesky(M)
+    J_pinv, L = pseudoinverse(J), cholesky(M)
     A = cholesky_solve(L, J)
     tau_tilde = times(M, times(J_pinv, b)) + nle
     tau_minimum = times(pseudoinverse(A), b + times(A, nle))

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from .array import Array
-from .cholesky import cholesky_solve, forward_substitution
-from .compiled import MATRIX, VECTOR, compiled
+from .cholesky import cholesky, cholesky_solve, forward_substitution
+from .compiled import MATRIX, NUMBER, VECTOR, compiled
 from .products import times
 from .pseudoinverse import pseudoinverse
 
@@ -44,7 +42,7 @@ def minimum_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     Returns:
         τ, shape (n,), N m.
     """
-    A = cholesky_solve(np.linalg.cholesky(M), J)
+    A = cholesky_solve(cholesky(M), J)
     return times(pseudoinverse(A), b + times(A, nle))
 
 
@@ -63,29 +61,49 @@ def inertia_weighted_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     Returns:
         τ, shape (n,), N m.
     """
-    L = np.linalg.cholesky(M)
+    L = cholesky(M)
     W = forward_substitution(L, J)
     return times(L, times(pseudoinverse(W), b)) + nle
 
 
-@compiled(MATRIX, MATRIX, VECTOR)
-def dynamically_consistent_null_torque(M: Array, J: Array, tau: Array) -> Array:
-    """Return (I − JᵀJ̄ᵀ)τ with J̄ = M⁻¹Jᵀ(J M⁻¹Jᵀ)⁺: the part of a torque that does not accelerate the task.
+@compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR)
+def operational_space_torque(M: Array, nle: Array, J: Array, b: Array, tau_0: Array) -> Array:
+    """Return JᵀΛb + N + (I − JᵀJ̄ᵀ)τ₀ with Λ = (J M⁻¹Jᵀ)⁺ and J̄ = M⁻¹JᵀΛ: a null-space torque besides the task's.
 
-    With M = L Lᵀ and W = J L⁻ᵀ it is L(I − W⁺W)L⁻¹τ.
+    τ₀ brings about no task acceleration. With M = L Lᵀ and W = J L⁻ᵀ the sum is L W⁺(b − W L⁻¹τ₀) + τ₀ + N.
 
     Args:
         M: Joint-space inertia matrix, shape (n, n), kg m².
+        nle: Coriolis, centrifugal and gravity torques N, shape (n,), N m.
         J: Jacobian, shape (m, n).
-        tau: Joint torque, shape (n,), N m.
+        b: Task acceleration less its velocity part, ẍ − J̇θ̇, shape (m,).
+        tau_0: Joint torque τ₀, shape (n,), N m.
 
     Returns:
-        The null-space torque, shape (n,), N m.
+        τ, shape (n,), N m.
     """
-    L = np.linalg.cholesky(M)
+    L = cholesky(M)
     W = forward_substitution(L, J)
-    y = forward_substitution(L, tau.reshape(1, -1))[0]
-    return tau - times(L, times(pseudoinverse(W), times(W, y)))
+    of_tau_0 = times(W, forward_substitution(L, tau_0.reshape(1, -1))[0])
+    return times(L, times(pseudoinverse(W), b - of_tau_0)) + tau_0 + nle
+
+
+@compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, NUMBER)
+def damped_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, damping: float) -> Array:
+    """Return τ̃ − D M θ̇_H, Eqs. (7) and (15): with θ̇_H = θ̇ − J⁺Jθ̇ it is M{J⁺(b + D Jθ̇) − D θ̇} + N.
+
+    Args:
+        M: Joint-space inertia matrix, shape (n, n), kg m².
+        nle: Coriolis, centrifugal and gravity torques N, shape (n,), N m.
+        J: Jacobian, shape (m, n).
+        b: Task acceleration less its velocity part, ẍ − J̇θ̇, shape (m,).
+        v: Joint velocity θ̇, shape (n,), rad/s.
+        damping: D, 1/s.
+
+    Returns:
+        τ, shape (n,), N m.
+    """
+    return times(M, times(pseudoinverse(J), b + damping * times(J, v)) - damping * v) + nle
 
 
 @compiled(MATRIX, VECTOR, MATRIX, VECTOR)
@@ -102,4 +120,4 @@ def task_acceleration(M: Array, nle: Array, J: Array, tau: Array) -> Array:
         b = ẍ − J̇θ̇, shape (m,).
     """
     force = (tau - nle).reshape(1, -1)
-    return times(J, cholesky_solve(np.linalg.cholesky(M), force)[0])
+    return times(J, cholesky_solve(cholesky(M), force)[0])

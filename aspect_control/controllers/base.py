@@ -114,7 +114,7 @@ class Controller(ABC):
             NonFiniteError: If q or v is not finite, or the torque overflows.
             NotResetError: If the law has memory and `reset` was not called.
         """
-        if self.is_compiled:
+        if self.is_compiled and isinstance(target.x, pin.SE3) == self._has_rotation:
             # Compiled text refuses what does not fit; only then it is worth the time to find out what was wrong.
             try:
                 return self.command(self.arm.unchecked_state(q, v), target)  # type: ignore[arg-type]

@@ -40,7 +40,7 @@ def benchmark(
         ("ticks of planar 3R", lambda: ticks("planar 3R, xy", arms.planar(), rounds)),
         ("ticks of Panda, pose", lambda: ticks("Panda, pose", arms.panda("pose"), rounds)),
         ("many minors", lambda: many_minors(rounds)),
-        *((f"pieces of {name}", lambda n=name, a=each: pieces(n, a, rounds)) for name, each in timed.items()),  # type: ignore[misc]
+        *((f"pieces of {name}", lambda n=name, a=each: pieces(n, a, rounds)) for name, each in timed.items()),
         ("quadratic programs", lambda: programs(arm, rounds)),
         ("closed loop", lambda: closed_loop(arm, max(3, rounds // 3))),
         ("start", lambda: startup(max(3, rounds // 3))),

@@ -7,6 +7,7 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arm import Arm, ArmState
 from ..redundancy import Array
@@ -20,7 +21,7 @@ pinv = np.linalg.pinv
 
 def _b(arm: Arm, s: ArmState, target: Target) -> Array:
     error = arm.coordinates.error(target.x, s.x)
-    return target.ddx + KV * (target.dx - s.J @ s.v) + KP * error - s.drift  # type: ignore[no-any-return]
+    return target.ddx + KV * (target.dx - s.J @ s.v) + KP * error - s.drift
 
 
 def pseudoinverse(arm: Arm, s: ArmState, target: Target) -> Array:
@@ -77,7 +78,7 @@ def operational_space(arm: Arm, s: ArmState, target: Target) -> Array:
     return tau
 
 
-def minors(J: Array, columns: Array) -> Array:
+def minors(J: Array, columns: Any) -> Array:
     """Every minor of some columns, one determinant after the other."""
     return np.array([np.linalg.det(J[:, each]) for each in columns])
 
@@ -92,7 +93,7 @@ def minor_measure_gradient(J: Array, dJ: Array, columns: Any) -> Array:
     return result
 
 
-def all_minors(n: int, m: int) -> Array:
+def all_minors(n: int, m: int) -> NDArray[np.intp]:
     """Columns of all minors in lexicographic order, shape (p, m)."""
     return np.array(list(combinations(range(n), m)))
 

@@ -77,8 +77,10 @@ def pieces(name: str, arm: Arm, rounds: int) -> list[Row]:
             "aspect-control": around(lambda J: minors(J, columns), jacobians),
         },
         f"∇H of {count:,} minors": {
-            "numpy inv, one by one": around(lambda pair: literal.minor_measure_gradient(*pair, columns), derivatives),
-            "aspect-control": around(lambda pair: expanded_gradient(*pair, terms, count), derivatives),
+            "numpy inv, one by one": around(
+                lambda pair: literal.minor_measure_gradient(pair[0], pair[1], columns), derivatives
+            ),
+            "aspect-control": around(lambda pair: expanded_gradient(pair[0], pair[1], terms, count), derivatives),
         },
     }
     rows = []

@@ -14,7 +14,7 @@ from ..arm import Arm, ArmState
 from ..checks import finite_vector, gain_matrix, positive
 from ..exceptions import NonFiniteError, NotRedundantError, ShapeError
 from ..redundancy import Array
-from ..redundancy.compiled import prepare
+from ..redundancy.compiled import prepared
 from ..redundancy.feedback import commanded_acceleration
 from ..trajectories import Target
 
@@ -69,7 +69,7 @@ class Controller(ABC):
                 f"{self.name} needs a redundant arm: the task {arm.task} has {arm.task_dim} coordinates, "
                 f"{arm.name!r} has {arm.nv} joints; give a task of at most {arm.nv - 1} coordinates"
             )
-        prepare(*self.compiled_text)
+        self._texts = tuple(map(prepared, self.compiled_text))
         self.arm = arm
         self._no_rotation = np.zeros(arm.task_dim)
         self._has_rotation = arm.coordinates.has_rotation

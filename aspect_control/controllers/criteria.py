@@ -11,7 +11,7 @@ import numpy as np
 from ..arm import Arm, ArmState
 from ..exceptions import AspectBorderWarning
 from ..redundancy import Array, manipulability_gradient
-from ..redundancy.compiled import prepare
+from ..redundancy.compiled import prepared
 from ..redundancy.gradients import expanded_gradient, laplace_expansion
 
 
@@ -44,7 +44,7 @@ class Manipulability(Criterion):
     def __init__(self, arm: Arm) -> None:
         """Set the arm."""
         super().__init__(arm)
-        prepare(manipulability_gradient)
+        prepared(manipulability_gradient)
 
     def gradient(self, state: ArmState) -> Array:
         """Return ∇w, shape (nv,), in the unit of w per rad."""
@@ -70,7 +70,7 @@ class MinorMeasure(Criterion):
             TooManyMinorsError: If the Jacobian has more minors than can be handled.
         """
         super().__init__(arm)
-        prepare(expanded_gradient)
+        self._gradient = prepared(expanded_gradient)
         self.minor_columns = arm.minor_columns
         self._terms = laplace_expansion(self.minor_columns)
 
@@ -89,7 +89,9 @@ class MinorMeasure(Criterion):
 
     def gradient(self, state: ArmState) -> Array:
         """Return ∇H, shape (nv,), in the unit of H per rad."""
-        return expanded_gradient(state.J, self.arm.jacobian_derivative_at(state), self._terms, len(self.minor_columns))
+        dJ = self.arm.jacobian_derivative_at(state)
+        gradient: Array = self._gradient(state.J, dJ, self._terms, len(self.minor_columns))
+        return gradient
 
 
 CRITERIA: dict[str, type[Criterion]] = {each.name: each for each in (Manipulability, MinorMeasure)}

@@ -46,4 +46,5 @@ class DampedNullSpace(DampedController):
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m."""
-        return _torque(*self.terms(state, target, self.damping))
+        tau: Array = self._texts[0](*self.terms(state, target, self.damping))
+        return tau

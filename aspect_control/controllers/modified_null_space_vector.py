@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ..arm import Arm, ArmState
 from ..exceptions import NotResetError, UnknownNameError
 from ..redundancy import Array, brake_torque, dead_beat_torque, switched_torque
-from ..redundancy.compiled import NUMBER, compiled, prepare
+from ..redundancy.compiled import NUMBER, compiled, prepared
 from ..redundancy.feedback import TASK_SPACE, commanded_acceleration, require_finite
 from ..trajectories import Target
 from .base import TaskSpaceController
@@ -121,8 +121,7 @@ class ModifiedNullSpaceVector(TaskSpaceController):
         if switching not in SWITCHINGS:
             raise UnknownNameError(switching, SWITCHINGS, kind="switching")
         self.switching = switching
-        self._torque = SWITCHINGS[switching]
-        prepare(self._torque)
+        self._torque = prepared(SWITCHINGS[switching])
         self._dt: float | None = None
 
     @property
@@ -136,7 +135,8 @@ class ModifiedNullSpaceVector(TaskSpaceController):
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m."""
-        return self._torque(*self.terms(state, target, self._sampling_time()))
+        tau: Array = self._torque(*self.terms(state, target, self._sampling_time()))
+        return tau
 
     def _sampling_time(self) -> float:
         if self._dt is not None:

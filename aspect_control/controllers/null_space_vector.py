@@ -42,4 +42,5 @@ class NullSpaceVector(TaskSpaceController):
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m."""
-        return _torque(*self.terms(state, target))
+        tau: Array = self._texts[0](*self.terms(state, target))
+        return tau

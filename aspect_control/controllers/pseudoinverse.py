@@ -38,4 +38,5 @@ class Pseudoinverse(TaskSpaceController):
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ̃, shape (nv,), N m."""
-        return _torque(*self.terms(state, target))
+        tau: Array = self._texts[0](*self.terms(state, target))
+        return tau

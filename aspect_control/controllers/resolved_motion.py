@@ -119,7 +119,7 @@ class ResolvedMotion(Controller):
         error = self.arm.difference(state.q, self._q_d)
         gradient = self._no_gradient if self.criterion is None else self.criterion.gradient(state)
         M, nle, J, v, dt = state.M, state.nle, state.J, state.v, self._dt
-        tau, v_d = _sample(
+        tau, v_d = self._texts[0](
             M, nle, J, v, self._v_d, self._v_d_before, dt, self.kv, self.kp, error, target.dx, self.kappa, gradient
         )
         self._q_d = self.arm.integrate(self._q_d, self._v_d * self._dt)

@@ -37,9 +37,9 @@ COUNT = "int64"
 def compiled(*arguments: str) -> Callable[[F], F]:
     """Compile a function of arrays for exactly these argument types, but not before it is first called.
 
-    Numba takes longer to import than the rest of the package, so that it is imported then too. `prepare` compiles ahead
-    of time. Every function has one compiled version: arrays of another order or type are converted on the way in, and
-    no call compiles anything after the first.
+    Numba takes longer to import than the rest of the package, so that it is imported then too. `prepared` compiles
+    ahead of time. Every function has one compiled version: arrays of another order or type are converted on the way
+    in, and no call compiles anything after the first.
 
     The machine code is kept beside the package or, where that cannot be written to, in the user's cache folder, in a
     folder that is named after the source text of this package: other text never meets old machine code.
@@ -54,11 +54,17 @@ def compiled(*arguments: str) -> Callable[[F], F]:
     return decorate
 
 
-def prepare(*functions: Callable[..., Any]) -> None:
-    """Compile functions that `compiled` made, or load them, so that their next call does not wait for it."""
-    for function in functions:
-        if isinstance(function, Compiled):
-            function.dispatcher  # noqa: B018
+def prepared(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function that `compiled` made, or load it, so that its next call does not wait for it.
+
+    Args:
+        function: The function.
+
+    Returns:
+        The compiled function itself, for callers that make sure of the types: it converts no argument and takes 0.2 µs
+        less. A function that is not compiled comes back as it is.
+    """
+    return cast(Callable[..., Any], function.dispatcher) if isinstance(function, Compiled) else function
 
 
 class Compiled:

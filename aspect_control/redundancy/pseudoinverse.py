@@ -27,14 +27,21 @@ def _truncated(A: Array) -> Array:
 @compiled(MATRIX)
 def _of_wide(A: Array) -> Array:
     m = A.shape[0]
-    identity = np.eye(m)
     gram = product_with_transpose(A, A)
     # Rounding cannot make this one indefinite, and its inverse is as good a start of the iteration.
-    gram += (8.0 * m * _EPSILON * np.trace(gram) + _TINY) * identity
-    X = transpose_times(A, cholesky_solve(cholesky(gram), identity))
-    E = identity - product(A, X)
-    if np.abs(E).max() <= CONVERGENT:
-        return X + product(X, E)
+    shift = 8.0 * m * _EPSILON * np.trace(gram) + _TINY
+    for i in range(m):
+        gram[i, i] += shift
+    X = transpose_times(A, cholesky_solve(cholesky(gram), np.eye(m)))
+    E = product(A, X)
+    largest = 0.0
+    for i in range(m):
+        for j in range(m):
+            E[i, j] = (1.0 if i == j else 0.0) - E[i, j]
+            largest = max(largest, abs(E[i, j]))
+    if largest <= CONVERGENT:
+        X += product(X, E)
+        return X
     return _truncated(A)
 
 

@@ -155,7 +155,7 @@ def test_shapes_that_do_not_fit_are_refused(panda):
         lambda: minimum_torque(s.M[:6, :6], s.nle, s.J, np.ones(3)),
         lambda: minimum_torque(s.M, s.nle[:6], s.J, np.ones(3)),
     ):
-        with pytest.raises(ValueError, match="shape|broadcast"):
+        with pytest.raises(ValueError, match=r"shape|broadcast"):
             call()
 
 

@@ -11,7 +11,7 @@ from ..arm import Arm
 from . import literal
 from .arms import Sample
 from .floor import floor
-from .timing import Row, around, in_turn
+from .timing import Call, Row, around, in_turn
 
 TIGHT = 0.9
 """Part of the largest torque of the unlimited law that each joint has, so that limits are reached."""
@@ -24,14 +24,13 @@ def programs(arm: Arm, rounds: int) -> list[Row]:
     motion = _along_a_motion(arm)
     free = controllers.create("null-space-vector", arm)
     limit = TIGHT * np.abs([free.torque(each.q, each.v, each.target) for each in motion]).max(axis=0) + 0.1
-    calls, notes = {"floor": around(floor(arm), motion)}, {}
+    calls = {"floor": around(floor(arm), motion)}
     for solver in ("osqp", "daqp", "proxqp", "quadprog"):
         if solver not in qpsolvers.available_solvers:
-            notes[solver] = "not installed"
             continue
         law = controllers.QPTorque(arm, solver=solver, torque_limit=limit)
         law.reset(motion[0].q, motion[0].v, literal.DT)
-        calls[f"qp, {solver}"] = around(lambda each, law=law: law.torque(each.q, each.v, each.target), motion)
+        calls[f"qp, {solver}"] = _tick(law, motion)
     law = controllers.QPTorque(arm, torque_limit=limit)
 
     def plainly(each: Sample) -> object:
@@ -42,6 +41,10 @@ def programs(arm: Arm, rounds: int) -> list[Row]:
     calls["plain qpsolvers, osqp"] = around(plainly, motion)
     seconds = in_turn(calls, rounds)
     return [Row("Panda, xyz: qp", each, seconds[each], seconds["floor"], "floor") for each in calls]
+
+
+def _tick(law: controllers.Controller, motion: list[Sample]) -> Call:
+    return around(lambda each: law.torque(each.q, each.v, each.target), motion)
 
 
 def _along_a_motion(arm: Arm) -> list[Sample]:

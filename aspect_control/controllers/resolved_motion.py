@@ -124,4 +124,5 @@ class ResolvedMotion(Controller):
         )
         self._q_d = self.arm.integrate(self._q_d, self._v_d * self._dt)
         self._v_d_before, self._v_d = self._v_d, v_d
-        return tau
+        torque: Array = tau
+        return torque

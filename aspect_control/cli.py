@@ -214,14 +214,14 @@ def bench(
     """Compare the cost of pseudoinverses, control ticks and runs with other libraries and bare Pinocchio."""
     from .benchmark import benchmark, machine, verdicts
     from .files import output_folder, write_text
-    from .views import benchmark_figure, save_figure
+    from .views import benchmark_figure, benchmark_report, save_figure
     from .views.screen import progress_bar, show_benchmark
 
     folder = output_folder(out)
     with progress_bar() as progress:
         rows, missing = benchmark(rounds, placo_python, progress)
     judged = verdicts(rows)
-    document = {
+    document: dict[str, Any] = {
         "machine": machine(),
         "rounds": rounds,
         "not_installed": missing,
@@ -229,11 +229,12 @@ def bench(
         "rows": [row.to_dict() for row in rows],
     }
     write_text(folder / "bench.json", _json(document))
+    write_text(folder / "bench.md", benchmark_report(rows, judged, missing, document["machine"]))
     figure = benchmark_figure(rows)
     save_figure(figure, folder / "bench.png")
     save_figure(figure, folder / "bench.svg")
     show_benchmark(rows, judged, missing)
-    typer.echo(f"written to {folder}: bench.json and the figure")
+    typer.echo(f"written to {folder}: bench.md, bench.json and the figure")
 
 
 @app.command()

@@ -1,6 +1,6 @@
 """Figures and reports. Importing this package loads matplotlib; importing `aspect_control` does not."""
 
-from .benchmark import benchmark_figure
+from .benchmark import benchmark_figure, benchmark_report
 from .comparison import comparison_report, torque_figure
 from .figures import comparison_figure, run_figure, save_figure
 from .report import reproduction_report
@@ -9,6 +9,7 @@ from .survey import survey_figure, survey_report
 
 __all__ = [
     "benchmark_figure",
+    "benchmark_report",
     "comparison_figure",
     "comparison_report",
     "law_name",

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from ..benchmark import Row
+from ..benchmark import Row, Verdict
 from .style import COLOURS, style
 
 
@@ -23,11 +23,47 @@ def benchmark_figure(rows: Sequence[Row]) -> Any:
     from matplotlib.figure import Figure
 
     with style():
-        figure = Figure(figsize=(10.0, 6.5), layout="constrained")
+        figure = Figure(figsize=(10.0, 7.5), layout="constrained")
         left, right = figure.subplots(1, 2)
         _draw_ticks(left, [row for row in rows if row.group == "Panda, xyz: tick"])
         _draw_growth(right, rows)
         return figure
+
+
+def benchmark_report(
+    rows: Sequence[Row], judged: Sequence[Verdict], missing: Sequence[str], machine: Mapping[str, Any]
+) -> str:
+    """Write the benchmark as Markdown: the machine, the targets and every row, ratios first.
+
+    Args:
+        rows: The rows of `benchmark.benchmark`.
+        judged: What `benchmark.verdicts` makes of them.
+        missing: Rivals that are not installed.
+        machine: What `benchmark.machine` says.
+    """
+    versions = ", ".join(f"{name} {number}" for name, number in machine["versions"].items())
+    words = {True: "met", False: "**missed**", None: "not measured"}
+    lines = [
+        "# Cost, measured",
+        "",
+        f"{machine['processor']}, {machine['system']}, Python {machine['python']}; {versions}.",
+        f"Not installed: {', '.join(missing) or 'none'}. Ratios are medians over rounds in which the calls take turns.",
+        "",
+        "| target | measured | |",
+        "| --- | --- | --- |",
+    ]
+    for each in judged:
+        measured = "" if each.measured is None else f"{each.measured:.2f}"
+        lines.append(f"| {each.target} | {measured} | {words[each.met]} |")
+    lines += ["", "| what | | ratio | quartiles | of | µs | |", "| --- | --- | --- | --- | --- | --- | --- |"]
+    for row in rows:
+        values = row.to_dict()
+        low, high = values["ratio_quartiles"]
+        lines.append(
+            f"| {row.group} | {row.name} | {values['ratio']:.2f} | {low:.2f}–{high:.2f} | {row.of} | "
+            f"{values['microseconds']:,.1f} | {row.note} |"
+        )
+    return "\n".join(lines) + "\n"
 
 
 def _draw_ticks(axes: Any, rows: Sequence[Row]) -> None:
@@ -46,7 +82,7 @@ def _draw_ticks(axes: Any, rows: Sequence[Row]) -> None:
     axes.invert_yaxis()
     axes.set_xlabel("time of one tick / bare Pinocchio calls")
     axes.set_title("Control tick, Panda, position of the tool")
-    axes.legend(loc="lower center", bbox_to_anchor=(0.4, -0.3))
+    axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.12))
 
 
 def _draw_growth(axes: Any, rows: Sequence[Row]) -> None:
@@ -73,4 +109,4 @@ def _draw_growth(axes: Any, rows: Sequence[Row]) -> None:
     axes.set_xlabel("joints n (three task coordinates)")
     axes.set_ylabel("time (µs)")
     axes.set_title("Pieces")
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, -0.48))
+    axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.12), fontsize=9.0)

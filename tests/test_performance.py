@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 import warnings
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -146,6 +147,8 @@ def test_functions_take_c_and_fortran_order_and_strides(panda):
         np.testing.assert_array_equal(gradient, minor_measure_gradient(s.J, dJ, panda.minor_columns))
     np.testing.assert_array_equal(minimum_torque(wide[::2, ::2], s.nle, s.J, b), minimum_torque(s.M, s.nle, s.J, b))
     np.testing.assert_array_equal(pseudoinverse([[1, 0], [0, 2]]), [[1.0, 0.0], [0.0, 0.5]])
+    named = minimum_torque(b=b, J=s.J, nle=s.nle, M=s.M)
+    np.testing.assert_array_equal(named, minimum_torque(s.M, s.nle, s.J, b))
 
 
 def test_shapes_that_do_not_fit_are_refused(panda):
@@ -300,3 +303,14 @@ def test_benchmark_has_a_row_a_law():
     found = {row.name: row for row in rows}
     assert found["jmdc, literal"].ratio > found["jmdc"].ratio
     assert all(each.met is None for each in verdicts([]))
+
+
+def test_bench_tells_at_once_that_a_python_has_no_placo(tmp_path):
+    program = ["-c", "import sys; from aspect_control.cli import main; main()", "bench", "--out", str(tmp_path)]
+    for python in ("/nowhere/python", *([] if find_spec("placo") else [sys.executable])):
+        result = subprocess.run(
+            [sys.executable, *program, "--rounds", "3", "--placo-python", python], capture_output=True, text=True
+        )
+        assert result.returncode == 2
+        assert "must be a Python that has PlaCo, got" in result.stderr
+        assert "Traceback" not in result.stderr

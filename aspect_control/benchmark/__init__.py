@@ -33,6 +33,9 @@ def benchmark(
 
     Returns:
         The rows, and the names of rivals that are not installed.
+
+    Raises:
+        ParameterError: If `placo_python` does not run PlaCo.
     """
     arm, timed = arms.panda(), arms_timed()
     parts: list[tuple[str, Callable[[], list[Row]]]] = [
@@ -45,14 +48,14 @@ def benchmark(
         ("closed loop", lambda: closed_loop(arm, max(3, rounds // 3))),
         ("start", lambda: startup(max(3, rounds // 3))),
     ]
+    # First, so that a Python without PlaCo is told at once; not on one processor, where PlaCo's process would wait.
+    progress("rivals", 0.0)
+    compared, missing = rivals(arm, rounds, placo_python)
     rows: list[Row] = []
     with one_thread():
-        for i, (label, part) in enumerate(parts):
+        for i, (label, part) in enumerate(parts, start=1):
             progress(label, i / (len(parts) + 1))
             rows += part()
-    # Not on one processor: PlaCo's process would wait for this one.
-    progress("rivals", len(parts) / (len(parts) + 1))
-    compared, missing = rivals(arm, rounds, placo_python)
     return rows + compared, missing
 
 

@@ -8,6 +8,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cached_property, lru_cache, update_wrapper
+from inspect import signature
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -76,9 +77,11 @@ class Compiled:
         self._function = function
         self._arguments = arguments
 
-    def __call__(self, *arguments: Any) -> Any:
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
         """Call the compiled function."""
         dispatcher = self.dispatcher
+        if named:
+            arguments = signature(self._function).bind(*arguments, **named).args
         try:
             return dispatcher(*arguments)
         except TypeError:
@@ -89,9 +92,9 @@ class Compiled:
         """The compiled function of Numba."""
         import numba
 
-        signature = f"({', '.join(self._arguments)},)"
+        types = f"({', '.join(self._arguments)},)"
         with _cache_folder() as folder:
-            compile_ = numba.njit(signature, cache=folder is not None, error_model="numpy")
+            compile_ = numba.njit(types, cache=folder is not None, error_model="numpy")
             return compile_(self._function)
 
     @property

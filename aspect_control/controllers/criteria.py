@@ -10,7 +10,9 @@ import numpy as np
 
 from ..arm import Arm, ArmState
 from ..exceptions import AspectBorderWarning
-from ..redundancy import Array, manipulability_gradient, minor_measure_gradient
+from ..redundancy import Array, manipulability_gradient
+from ..redundancy.compiled import prepared
+from ..redundancy.gradients import expanded_gradient, laplace_expansion
 
 
 class Criterion(ABC):
@@ -39,9 +41,14 @@ class Manipulability(Criterion):
 
     name = "manipulability"
 
+    def __init__(self, arm: Arm) -> None:
+        """Set the arm."""
+        super().__init__(arm)
+        prepared(manipulability_gradient)
+
     def gradient(self, state: ArmState) -> Array:
         """Return ∇w, shape (nv,), in the unit of w per rad."""
-        return manipulability_gradient(state.J, self.arm.jacobian_derivative(state.q))
+        return manipulability_gradient(state.J, self.arm.jacobian_derivative_at(state))
 
 
 class MinorMeasure(Criterion):
@@ -63,12 +70,15 @@ class MinorMeasure(Criterion):
             TooManyMinorsError: If the Jacobian has more minors than can be handled.
         """
         super().__init__(arm)
+        self._gradient = prepared(expanded_gradient)
         self.minor_columns = arm.minor_columns
+        self._terms = laplace_expansion(self.minor_columns)
 
     def start(self, q: Array) -> None:
         """Leave out the minors that are zero at q, shape (nq,), rad, and report them."""
         on_border = self.arm.minors_on_border(q)
         self.minor_columns = np.delete(self.arm.minor_columns, on_border, axis=0)
+        self._terms = laplace_expansion(self.minor_columns)
         if len(on_border) > 0:
             warnings.warn(
                 f"the motion starts on the border of an aspect: {len(on_border)} of {len(self.arm.minor_columns)} "
@@ -79,7 +89,9 @@ class MinorMeasure(Criterion):
 
     def gradient(self, state: ArmState) -> Array:
         """Return ∇H, shape (nv,), in the unit of H per rad."""
-        return minor_measure_gradient(state.J, self.arm.jacobian_derivative(state.q), self.minor_columns)
+        dJ = self.arm.jacobian_derivative_at(state)
+        gradient: Array = self._gradient(state.J, dJ, self._terms, len(self.minor_columns))
+        return gradient
 
 
 CRITERIA: dict[str, type[Criterion]] = {each.name: each for each in (Manipulability, MinorMeasure)}

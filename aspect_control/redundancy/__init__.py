@@ -1,24 +1,30 @@
 """The mathematics of redundancy, free of robots: arrays in, arrays out."""
 
 from .array import Array
+from .gradients import manipulability_gradient, minor_measure_gradient
 from .minors import (
     MAX_MINORS,
     aspect_signature,
     border_tolerance,
     manipulability,
-    manipulability_gradient,
     minor_columns,
     minor_measure,
-    minor_measure_gradient,
     minors,
     structural_minor_columns,
 )
 from .pseudoinverse import null_space_basis, null_space_projector, pseudoinverse
-from .stability import homogeneous_acceleration, homogeneous_velocity
+from .stability import (
+    brake_torque,
+    dead_beat_torque,
+    homogeneous_acceleration,
+    homogeneous_velocity,
+    switched_torque,
+)
 from .torque import (
-    dynamically_consistent_null_torque,
+    damped_torque,
     inertia_weighted_torque,
     minimum_torque,
+    operational_space_torque,
     pseudoinverse_torque,
     task_acceleration,
 )
@@ -28,7 +34,9 @@ __all__ = [
     "Array",
     "aspect_signature",
     "border_tolerance",
-    "dynamically_consistent_null_torque",
+    "brake_torque",
+    "damped_torque",
+    "dead_beat_torque",
     "homogeneous_acceleration",
     "homogeneous_velocity",
     "inertia_weighted_torque",
@@ -41,8 +49,10 @@ __all__ = [
     "minors",
     "null_space_basis",
     "null_space_projector",
+    "operational_space_torque",
     "pseudoinverse",
     "pseudoinverse_torque",
     "structural_minor_columns",
+    "switched_torque",
     "task_acceleration",
 ]

@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from .animation import animate
+from .benchmark import benchmark_figure, benchmark_report
 from .comparison import comparison_report, torque_figure
 from .figures import comparison_figure, run_figure, save_figure
 from .report import reproduction_report
@@ -32,6 +33,8 @@ __all__ = [
     "LiveView",
     "Replay",
     "animate",
+    "benchmark_figure",
+    "benchmark_report",
     "comparison_figure",
     "comparison_report",
     "law_name",

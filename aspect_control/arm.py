@@ -5,13 +5,22 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
+from pinocchio import (
+    computeJointKinematicHessians,
+    crba,
+    forwardKinematics,
+    getFrameClassicalAcceleration,
+    getFrameJacobian,
+    nonLinearEffects,
+    updateFramePlacement,
+)
 
 from .chain import (
     NO_LIMIT,
@@ -29,10 +38,11 @@ from .description import ArmDescription
 from .exceptions import ModelError, ParameterError, TooManyMinorsError
 from .hessian import frame_kinematic_hessian
 from .redundancy import MAX_MINORS, Array, minors, structural_minor_columns
-from .tasks import Task, TaskValue
+from .tasks import POSITION_AXES, Task, TaskValue
 from .urdf import mimic_joints, parse_urdf, read_urdf
 
 _WORLD_ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+_WORLD = pin.Convention.WORLD
 
 BORDER_TOLERANCE = 1e-6
 """Part of its own scale up to which a minor counts as zero at the start of a motion."""
@@ -41,8 +51,7 @@ _SAMPLED_POSTURES = 32
 """Random postures in which a minor must vanish to count as structurally zero."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ArmState:
+class ArmState(NamedTuple):
     """Everything that a torque law needs at (q, v). Arrays belong to the state and do not change.
 
     Rows of J, drift and dx are the task coordinates: positions in m, rotations in rad, world frame.
@@ -55,7 +64,6 @@ class ArmState:
         J: Jacobian of the task coordinates, shape (m, nv).
         drift: J̇θ̇, the task acceleration at θ̈ = 0, shape (m,), m/s² and rad/s².
         x: Task value: shape (m,), m, for a task of positions; a `pin.SE3` for one with rotations.
-        dx: Task velocity ẋ = Jθ̇, shape (m,), m/s and rad/s.
     """
 
     q: Array
@@ -65,7 +73,12 @@ class ArmState:
     J: Array
     drift: Array
     x: TaskValue
-    dx: Array
+
+    @property
+    def dx(self) -> Array:
+        """Task velocity ẋ = Jθ̇, shape (m,), m/s and rad/s."""
+        velocity: Array = self.J @ self.v
+        return velocity
 
 
 class Arm:
@@ -114,8 +127,10 @@ class Arm:
         self.redundancy = self.nv - self.task_dim
         self._data = self.model.createData()
         self._frame_id = require_frame(self.model, self.frame)
-        self._rows = self.coordinates.rows
+        self._rows = self.coordinates.selection
         self._zero = np.zeros(self.nv)
+        self._last_state: ArmState | None = None
+        self._is_xyz = self.task == POSITION_AXES
         self._require_positive_inertia()
 
     @classmethod
@@ -332,6 +347,11 @@ class Arm:
         return columns, np.abs(minors(jacobians, columns)).max(axis=0)
 
     @cached_property
+    def first_joint(self) -> Array:
+        """Where the first joint is, shape (3,), m, world frame."""
+        return np.array(self.model.jointPlacements[1].translation)
+
+    @cached_property
     def reach(self) -> float:
         """Upper bound of the distance between the first joint and the task frame, m.
 
@@ -384,16 +404,35 @@ class Arm:
             NonFiniteError: If q or v holds NaN or infinity.
             ParameterError: If the cosine and sine of a continuous joint have not length 1.
         """
-        q = self.checked_configuration(q)
-        v = finite_vector("v", v, self.nv)
-        model, data, frame = self.model, self._data, self._frame_id
-        M = pin.crba(model, data, q, pin.Convention.WORLD).reshape(self.nv, self.nv)
-        nle = pin.rnea(model, data, q, v, self._zero)
-        pin.forwardKinematics(model, data, q, v, self._zero)
-        x = self.coordinates.value(pin.updateFramePlacement(model, data, frame))
-        J = self._task_rows(pin.getFrameJacobian(model, data, frame, _WORLD_ALIGNED))
-        drift = pin.getFrameClassicalAcceleration(model, data, frame, _WORLD_ALIGNED).vector[self._rows]
-        return ArmState(q, v, M, nle, J, drift, x, J @ v)
+        state = self.unchecked_state(self.checked_configuration(q), finite_vector("v", v, self.nv))
+        self._last_state = state = state._replace(x=state.x.copy())
+        return state
+
+    def unchecked_state(self, q: Array, v: Array) -> ArmState:
+        """Return the state at (q, v) for a moment: q and v are kept as they are, and x only until the next call.
+
+        For laws whose own text checks what they take.
+
+        Args:
+            q: Joint configuration, shape (nq,), rad.
+            v: Joint velocity, shape (nv,), rad/s.
+        """
+        model, data, frame, rows = self.model, self._data, self._frame_id, self._rows
+        M = crba(model, data, q, _WORLD)
+        nle = nonLinearEffects(model, data, q, v)
+        forwardKinematics(model, data, q, v, self._zero)
+        pose = updateFramePlacement(model, data, frame)
+        J = getFrameJacobian(model, data, frame, _WORLD_ALIGNED)
+        acceleration = getFrameClassicalAcceleration(model, data, frame, _WORLD_ALIGNED)
+        if self._is_xyz:
+            x, drift = pose.translation, acceleration.linear
+        else:
+            x, drift = self.coordinates.value(pose), acceleration.vector[rows]
+        if self.nv == 1:  # eigenpy hands a matrix of one column over as a vector
+            M, J = M.reshape(1, 1), J.reshape(6, 1)
+        # What a NamedTuple's own constructor does, in half the time.
+        self._last_state = state = tuple.__new__(ArmState, (q, v, M, nle, J[rows], drift, x))
+        return state
 
     def jacobian(self, q: ArrayLike) -> Array:
         """Return the Jacobian J of the task coordinates, shape (m, nv), world frame.
@@ -406,6 +445,7 @@ class Arm:
             NonFiniteError: If q holds NaN or infinity.
         """
         q = self.checked_configuration(q)
+        self._last_state = None
         return self._task_rows(pin.computeFrameJacobian(self.model, self._data, q, self._frame_id, _WORLD_ALIGNED))
 
     def jacobian_derivative(self, q: ArrayLike) -> Array:
@@ -418,8 +458,20 @@ class Arm:
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        q = self.checked_configuration(q)
-        pin.computeJointKinematicHessians(self.model, self._data, q)
+        self._last_state = None
+        computeJointKinematicHessians(self.model, self._data, self.checked_configuration(q))
+        derivative: Array = frame_kinematic_hessian(self.model, self._data, self._frame_id)[self._rows]
+        return derivative
+
+    def jacobian_derivative_at(self, state: ArmState) -> Array:
+        """Return `jacobian_derivative` at a state; for the last one computed, with what Pinocchio still knows of it.
+
+        Args:
+            state: A state of this arm.
+        """
+        if state is not self._last_state:
+            return self.jacobian_derivative(state.q)
+        computeJointKinematicHessians(self.model, self._data)
         derivative: Array = frame_kinematic_hessian(self.model, self._data, self._frame_id)[self._rows]
         return derivative
 
@@ -433,8 +485,20 @@ class Arm:
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
+        self._last_state = None
         pin.forwardKinematics(self.model, self._data, self.checked_configuration(q))
         return self.coordinates.value(pin.updateFramePlacement(self.model, self._data, self._frame_id))
+
+    def task_position_at(self, q: Array) -> TaskValue:
+        """Return `task_position` at a valid configuration; at the q of the last state, the same array, what it holds.
+
+        Args:
+            q: Joint configuration, shape (nq,), rad; an array that has not changed since.
+        """
+        state = self._last_state
+        if state is None or state.q is not q:
+            return self.task_position(q)
+        return state.x if self.coordinates.has_rotation else state.x.copy()
 
     def skeleton(self, q: ArrayLike) -> Array:
         """Return where the joints and the task frame are, for drawing.
@@ -449,6 +513,7 @@ class Arm:
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
+        self._last_state = None
         pin.forwardKinematics(self.model, self._data, self.checked_configuration(q))
         tip = pin.updateFramePlacement(self.model, self._data, self._frame_id)
         joints = [self._data.oMi[i].translation for i in range(1, self.model.njoints)]
@@ -549,7 +614,7 @@ class Arm:
 
     def _task_rows(self, frame_jacobian: Array) -> Array:
         """Return the task's rows of a frame Jacobian, which eigenpy hands over as a vector if there is one joint."""
-        return frame_jacobian.reshape(6, self.nv)[self._rows]
+        return (frame_jacobian if self.nv > 1 else frame_jacobian.reshape(6, 1))[self._rows]
 
     def checked_configuration(self, q: ArrayLike) -> Array:
         """Return a copy of q after checking it, shape (nq,), rad.

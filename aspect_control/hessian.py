@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
+from pinocchio import getFrameKinematicHessian
 
 from .redundancy import Array
 
@@ -21,7 +22,7 @@ def frame_kinematic_hessian(model: Any, data: Any, frame_id: int) -> Array:
         data: Its `pin.Data`, after `pin.computeJointKinematicHessians`.
         frame_id: Index of the frame.
     """
-    hessian: Array = pin.getFrameKinematicHessian(model, data, frame_id, _WORLD_ALIGNED)
+    hessian: Array = getFrameKinematicHessian(model, data, frame_id, _WORLD_ALIGNED)
     return hessian.reshape(hessian.shape[::-1]).transpose() if _is_column_major() else hessian
 
 

@@ -70,6 +70,12 @@ class Task:
         return [AXES.index(axis) for axis in self.axes]
 
     @cached_property
+    def selection(self) -> slice | list[int]:
+        """The same rows as an index: a slice where they follow one another, which is faster."""
+        first, last = self.rows[0], self.rows[-1] + 1
+        return slice(first, last) if self.rows == list(range(first, last)) else self.rows
+
+    @cached_property
     def has_rotation(self) -> bool:
         """Whether a rotation is among the coordinates, so that the task's values are poses."""
         return any(axis in ROTATION_AXES for axis in self.axes)
@@ -91,7 +97,7 @@ class Task:
 
     def value(self, pose: Any) -> TaskValue:
         """Return the task value of a frame's pose, a `pin.SE3` in the world frame; the result is a copy."""
-        return pose.copy() if self.has_rotation else pose.translation[self.rows]
+        return pose.copy() if self.has_rotation else pose.translation[self.selection].copy()
 
     def error(self, desired: TaskValue, actual: TaskValue) -> Array:
         """Return x_d − x, shape (m,), m and rad.
@@ -107,7 +113,7 @@ class Task:
             difference: Array = desired - actual
             return difference
         rotation = pin.log3(desired.rotation @ actual.rotation.T)
-        return np.concatenate([desired.translation - actual.translation, rotation])[self.rows]
+        return np.concatenate([desired.translation - actual.translation, rotation])[self.selection]
 
     def displaced(self, start: TaskValue, displacement: Array) -> TaskValue:
         """Return the task value that `displacement` leads to from `start`: the inverse of `error`.

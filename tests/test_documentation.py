@@ -156,6 +156,39 @@ def test_dead_beat_moves_the_torque_of_joint_1_by_as_much_less_as_the_documents_
     assert "107 times less on joint 1" in " ".join(README.split())
 
 
+def measured_ticks():
+    """Ratios to the floor on the page of measured costs, by law."""
+    text = (ROOT / "docs" / "performance-measured.md").read_text()
+    return dict(re.findall(r"^\| Panda, xyz: tick \| ([\w, -]+) \| ([\d.]+) \|", text, re.MULTILINE)), text
+
+
+def test_ratios_on_the_page_of_performance_are_the_measured_ones():
+    ticks, measured = measured_ticks()
+    page = (ROOT / "docs" / "performance.md").read_text()
+    rows = re.findall(r"^\| `([\w-]+)` \| ([\d.]+) \| ([\d.]+) \|$", page, re.MULTILINE)
+    assert len(rows) == 7
+    assert rows == [(law, ticks[law], ticks[f"{law}, literal"]) for law, _, _ in rows]
+    words = " ".join(page.split())
+    for group, name, sentence in (
+        ("Panda, xyz: J⁺", "aspect-control", "J⁺ takes {} of the time"),
+        ("Panda, xyz: rivals", "pseudoinverse", "takes {} times a tick of PlaCo's"),
+    ):
+        assert sentence.format(re.search(rf"^\| {group} \| {name} \| ([\d.]+) ", measured, re.MULTILINE)[1]) in words
+    osqp, daqp = (re.search(rf"\| qp, {solver} \| (\d+)", measured)[1] for solver in ("osqp", "daqp"))
+    assert f"{osqp} times the floor with OSQP and {daqp} with DAQP" in words
+    modified = re.search(r"^\| modified ≤ 1.3 × jmdc \| ([\d.]+)", measured, re.MULTILINE)[1]
+    assert f"tick takes {modified} of JMDC's" in words
+
+
+def test_ratios_in_the_readme_are_the_measured_ones():
+    ticks, _ = measured_ticks()
+    words = " ".join(README.split())
+    closed = [float(ticks[law]) for law in ("pseudoinverse", "modified-null-space-vector")]
+    assert f"takes {closed[0]:.2f} to {closed[1]:.2f} times" in words
+    assert f"with its gradient {ticks['jmdc']} times" in words
+    assert f"take {ticks['pseudoinverse, literal']} to {ticks['jmdc, literal']} times" in words
+
+
 def test_links_lead_somewhere():
     for document in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")):
         for target in re.findall(r"\]\(((?!http)[^)]+)\)", document.read_text()):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,6 +14,8 @@ from ..arm import Arm, ArmState
 from ..checks import finite_vector, gain_matrix, positive
 from ..exceptions import NonFiniteError, NotRedundantError, ShapeError
 from ..redundancy import Array
+from ..redundancy.compiled import prepared
+from ..redundancy.feedback import commanded_acceleration
 from ..trajectories import Target
 
 
@@ -25,6 +28,11 @@ class Controller(ABC):
     Attributes:
         name: Name in the registry.
         switches: Whether the law turns its null-space term on and off.
+        is_compiled: Whether `command` is compiled text that refuses, by an exception and before the law's memory
+            changes, what does not fit or is not finite, its own result included. A subclass with a `command` of its
+            own says so itself.
+        compiled_text: Functions made by `redundancy.compiled.compiled` that the law needs: they are loaded, or compiled
+            the first time on a machine, when the law is made and not in its first tick.
         arm: The arm.
         kp: Position gain, 1/s².
         kv: Velocity gain, 1/s.
@@ -32,6 +40,14 @@ class Controller(ABC):
 
     name: ClassVar[str]
     switches: ClassVar[bool] = False
+    is_compiled: ClassVar[bool] = False
+    compiled_text: ClassVar[tuple[Callable[..., Any], ...]] = ()
+
+    def __init_subclass__(cls) -> None:
+        """Take no `command` for compiled that does not say so."""
+        super().__init_subclass__()
+        if "command" in vars(cls) and "is_compiled" not in vars(cls):
+            cls.is_compiled = False
 
     def __init__(self, arm: Arm, gain_dim: int, kp: ArrayLike, kv: ArrayLike) -> None:
         """Set the arm and the gains.
@@ -53,7 +69,10 @@ class Controller(ABC):
                 f"{self.name} needs a redundant arm: the task {arm.task} has {arm.task_dim} coordinates, "
                 f"{arm.name!r} has {arm.nv} joints; give a task of at most {arm.nv - 1} coordinates"
             )
+        self._texts = tuple(map(prepared, self.compiled_text))
         self.arm = arm
+        self._no_rotation = np.zeros(arm.task_dim)
+        self._has_rotation = arm.coordinates.has_rotation
         self.kp = gain_matrix("kp", kp, gain_dim)
         self.kv = gain_matrix("kv", kv, gain_dim)
 
@@ -95,10 +114,19 @@ class Controller(ABC):
             NonFiniteError: If q or v is not finite, or the torque overflows.
             NotResetError: If the law has memory and `reset` was not called.
         """
+        if self.is_compiled and isinstance(target.x, pin.SE3) == self._has_rotation:
+            # Compiled text refuses what does not fit; only then it is worth the time to find out what was wrong.
+            try:
+                return self.command(self.arm.unchecked_state(q, v), target)  # type: ignore[arg-type]
+            except Exception:  # noqa: S110
+                pass
         self.require_target(target)
+        state = self.arm.state(q, v)
         with np.errstate(over="ignore", invalid="ignore"):
-            state = self.arm.state(q, v)
-            tau = self.command(state, target)
+            try:
+                tau = self.command(state, target)
+            except FloatingPointError:
+                tau = np.full(self.arm.nv, np.nan)
         if not np.isfinite(tau).all():
             raise NonFiniteError(
                 f"{self.name}: the torque overflows at a joint speed of {np.abs(state.v).max():.3g} rad/s"
@@ -151,9 +179,15 @@ class TaskSpaceController(Controller):
 
         The rotation rows of e are the rotation vector from the actual to the desired orientation.
         """
-        error = self.arm.coordinates.error(target.x, state.x)
-        acceleration: Array = target.ddx + self.kv @ (target.dx - state.dx) + self.kp @ error - state.drift
-        return acceleration
+        return commanded_acceleration(*self.terms(state, target)[2:])
+
+    def terms(self, state: ArmState, target: Target, *parameters: float) -> tuple[Any, ...]:
+        """Return the arguments of a task-space law in compiled text: `redundancy.feedback.TASK_SPACE`, parameters."""
+        q, v, M, nle, J, drift, x = state
+        x_d = target.x
+        if self._has_rotation:
+            x_d, x = self.arm.coordinates.error(x_d, x), self._no_rotation
+        return M, nle, J, drift, x, q, v, x_d, target.dx, target.ddx, self.kp, self.kv, *parameters
 
 
 def _plain(gain: Array) -> float | list[float] | list[list[float]]:

@@ -3,9 +3,31 @@
 from __future__ import annotations
 
 from ..arm import ArmState
-from ..redundancy import Array, homogeneous_velocity, pseudoinverse_torque
+from ..redundancy import Array, damped_torque
+from ..redundancy.compiled import NUMBER, compiled
+from ..redundancy.feedback import TASK_SPACE, commanded_acceleration, require_finite
 from ..trajectories import Target
 from .damped import DampedController
+
+
+@compiled(*TASK_SPACE, NUMBER)
+def _torque(
+    M: Array,
+    nle: Array,
+    J: Array,
+    drift: Array,
+    x: Array,
+    q: Array,
+    v: Array,
+    x_d: Array,
+    dx_d: Array,
+    ddx_d: Array,
+    kp: Array,
+    kv: Array,
+    damping: float,
+) -> Array:
+    b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
+    return require_finite(damped_torque(M, nle, J, b, v, damping))
 
 
 class DampedNullSpace(DampedController):
@@ -19,10 +41,10 @@ class DampedNullSpace(DampedController):
     """
 
     name = "damped-null-space"
+    is_compiled = True
+    compiled_text = (_torque,)
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m."""
-        b = self.commanded_acceleration(state, target)
-        theta_dot_H = homogeneous_velocity(state.J, state.v)
-        tau: Array = pseudoinverse_torque(state.M, state.nle, state.J, b) - self.damping * state.M @ theta_dot_H
+        tau: Array = self._texts[0](*self.terms(state, target, self.damping))
         return tau

@@ -9,17 +9,74 @@ from numpy.typing import ArrayLike
 
 from ..arm import Arm, ArmState
 from ..exceptions import NotResetError, UnknownNameError
-from ..redundancy import (
-    Array,
-    homogeneous_acceleration,
-    homogeneous_velocity,
-    minimum_torque,
-    pseudoinverse_torque,
-)
+from ..redundancy import Array, brake_torque, dead_beat_torque, switched_torque
+from ..redundancy.compiled import NUMBER, compiled, prepared
+from ..redundancy.feedback import TASK_SPACE, commanded_acceleration, require_finite
 from ..trajectories import Target
 from .base import TaskSpaceController
 
-SWITCHINGS = ("hard", "dead-beat", "brake")
+
+@compiled(*TASK_SPACE, NUMBER)
+def _switched(
+    M: Array,
+    nle: Array,
+    J: Array,
+    drift: Array,
+    x: Array,
+    q: Array,
+    v: Array,
+    x_d: Array,
+    dx_d: Array,
+    ddx_d: Array,
+    kp: Array,
+    kv: Array,
+    dt: float,
+) -> Array:
+    b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
+    return require_finite(switched_torque(M, nle, J, b, v, dt))
+
+
+@compiled(*TASK_SPACE, NUMBER)
+def _dead_beat(
+    M: Array,
+    nle: Array,
+    J: Array,
+    drift: Array,
+    x: Array,
+    q: Array,
+    v: Array,
+    x_d: Array,
+    dx_d: Array,
+    ddx_d: Array,
+    kp: Array,
+    kv: Array,
+    dt: float,
+) -> Array:
+    b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
+    return require_finite(dead_beat_torque(M, nle, J, b, v, dt))
+
+
+@compiled(*TASK_SPACE, NUMBER)
+def _brake(
+    M: Array,
+    nle: Array,
+    J: Array,
+    drift: Array,
+    x: Array,
+    q: Array,
+    v: Array,
+    x_d: Array,
+    dx_d: Array,
+    ddx_d: Array,
+    kp: Array,
+    kv: Array,
+    dt: float,
+) -> Array:
+    b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
+    return require_finite(brake_torque(M, nle, J, b, v, dt))
+
+
+SWITCHINGS = {"hard": _switched, "dead-beat": _dead_beat, "brake": _brake}
 """How the null-space term may be switched."""
 
 
@@ -41,6 +98,7 @@ class ModifiedNullSpaceVector(TaskSpaceController):
     """
 
     name = "modified-null-space-vector"
+    is_compiled = True
     switches = True
 
     def __init__(self, arm: Arm, *, kp: ArrayLike = 100.0, kv: ArrayLike = 20.0, switching: str = "hard") -> None:
@@ -63,6 +121,7 @@ class ModifiedNullSpaceVector(TaskSpaceController):
         if switching not in SWITCHINGS:
             raise UnknownNameError(switching, SWITCHINGS, kind="switching")
         self.switching = switching
+        self._torque = prepared(SWITCHINGS[switching])
         self._dt: float | None = None
 
     @property
@@ -76,25 +135,7 @@ class ModifiedNullSpaceVector(TaskSpaceController):
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m."""
-        dt = self._sampling_time()
-        M, nle, J = state.M, state.nle, state.J
-        b = self.commanded_acceleration(state, target)
-        tau_tilde = pseudoinverse_torque(M, nle, J, b)
-        tau_minimum = minimum_torque(M, nle, J, b)
-        theta_dot_H = homogeneous_velocity(J, state.v)
-        theta_ddot_H = homogeneous_acceleration(M, tau_minimum, tau_tilde)
-        product, speed_squared = theta_dot_H @ theta_ddot_H, theta_dot_H @ theta_dot_H
-        if product >= 0.0 or speed_squared == 0.0:
-            return tau_tilde
-        if self.switching == "hard":
-            return tau_minimum
-        tau: Array
-        if self.switching == "dead-beat":
-            scale = np.minimum(1.0, speed_squared / (-product * dt))
-            tau = tau_tilde + scale * (tau_minimum - tau_tilde)
-        else:
-            rate = np.maximum(product / speed_squared, -1.0 / dt)
-            tau = tau_tilde + rate * (M @ theta_dot_H)
+        tau: Array = self._torque(*self.terms(state, target, self._sampling_time()))
         return tau
 
     def _sampling_time(self) -> float:

@@ -4,8 +4,29 @@ from __future__ import annotations
 
 from ..arm import ArmState
 from ..redundancy import Array, minimum_torque
+from ..redundancy.compiled import compiled
+from ..redundancy.feedback import TASK_SPACE, commanded_acceleration, require_finite
 from ..trajectories import Target
 from .base import TaskSpaceController
+
+
+@compiled(*TASK_SPACE)
+def _torque(
+    M: Array,
+    nle: Array,
+    J: Array,
+    drift: Array,
+    x: Array,
+    q: Array,
+    v: Array,
+    x_d: Array,
+    dx_d: Array,
+    ddx_d: Array,
+    kp: Array,
+    kv: Array,
+) -> Array:
+    b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
+    return require_finite(minimum_torque(M, nle, J, b))
 
 
 class NullSpaceVector(TaskSpaceController):
@@ -16,8 +37,10 @@ class NullSpaceVector(TaskSpaceController):
     """
 
     name = "null-space-vector"
+    is_compiled = True
+    compiled_text = (_torque,)
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m."""
-        b = self.commanded_acceleration(state, target)
-        return minimum_torque(state.M, state.nle, state.J, b)
+        tau: Array = self._texts[0](*self.terms(state, target))
+        return tau

@@ -3,9 +3,32 @@
 from __future__ import annotations
 
 from ..arm import ArmState
-from ..redundancy import Array, dynamically_consistent_null_torque, inertia_weighted_torque
+from ..redundancy import Array, operational_space_torque
+from ..redundancy.compiled import NUMBER, compiled
+from ..redundancy.feedback import TASK_SPACE, commanded_acceleration, require_finite
+from ..redundancy.products import times
 from ..trajectories import Target
 from .damped import DampedController
+
+
+@compiled(*TASK_SPACE, NUMBER)
+def _torque(
+    M: Array,
+    nle: Array,
+    J: Array,
+    drift: Array,
+    x: Array,
+    q: Array,
+    v: Array,
+    x_d: Array,
+    dx_d: Array,
+    ddx_d: Array,
+    kp: Array,
+    kv: Array,
+    damping: float,
+) -> Array:
+    b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
+    return require_finite(operational_space_torque(M, nle, J, b, -damping * times(M, v)))
 
 
 class OperationalSpace(DampedController):
@@ -20,11 +43,10 @@ class OperationalSpace(DampedController):
     """
 
     name = "operational-space"
+    is_compiled = True
+    compiled_text = (_torque,)
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m."""
-        M, nle, J = state.M, state.nle, state.J
-        b = self.commanded_acceleration(state, target)
-        damping_torque = -self.damping * M @ state.v
-        tau: Array = inertia_weighted_torque(M, nle, J, b) + dynamically_consistent_null_torque(M, J, damping_torque)
+        tau: Array = self._texts[0](*self.terms(state, target, self.damping))
         return tau

@@ -29,6 +29,9 @@ OSQP_SETTINGS = {
 TOLERANCE = 1e-6
 """By how much a solution may miss a bound, the stationarity or the duality: part of its size, plus 1e-6."""
 
+_NO_BOUND = 1e30
+_DAQP_INFEASIBLE = -1
+
 _GENTLE = 1e-2
 """Part of a linear cost that OSQP is given: it converges slowly on what is nearly a linear program."""
 
@@ -196,6 +199,26 @@ class KeptOSQP(Solver):
         return Answer(least.x, multipliers, message, iterations)
 
 
+class DAQP(Solver):
+    """The dual active-set solver DAQP by its own call, which takes both bounds of a row as they are."""
+
+    def solve(self, program: Program) -> Answer:
+        """Return the solver's answer."""
+        import daqp
+
+        p, q, A, lower, upper = program
+        if len(A) == 0:
+            return Answer(-q / p, np.zeros(0), "daqp: no limits", 0)
+        # DAQP takes bounds beyond 1e30 for none, and writes to what it is given.
+        bounds = np.minimum(upper, _NO_BOUND), np.maximum(lower, -_NO_BOUND)
+        sense = np.zeros(len(A), dtype=np.intc)
+        x, _, flag, info = daqp.solve(np.diag(p), q.copy(), np.ascontiguousarray(A), *bounds, sense)
+        iterations = int(info["iterations"])
+        if flag < 1:
+            return Answer(None, np.zeros(len(A)), "daqp: no solution", iterations, flag == _DAQP_INFEASIBLE)
+        return Answer(np.array(x), np.array(info["lam"]), "daqp: solved", iterations)
+
+
 class ThroughQpsolvers(Solver):
     """Any solver that qpsolvers finds."""
 
@@ -269,6 +292,8 @@ def find_solver(name: object) -> Solver:
 
     if name not in qpsolvers.available_solvers:
         raise UnknownNameError(name, sorted(qpsolvers.available_solvers), kind="QP solver")
+    if name == "daqp":
+        return DAQP()
     return KeptOSQP() if name == "osqp" else ThroughQpsolvers(str(name))
 
 

@@ -13,9 +13,35 @@ from ..arm import Arm, ArmState
 from ..checks import non_negative
 from ..criteria import Criterion
 from ..exceptions import NotResetError
-from ..redundancy import Array, pseudoinverse
+from ..redundancy import Array
+from ..redundancy.compiled import MATRIX, NUMBER, VECTOR, compiled
+from ..redundancy.feedback import computed_torque, require_finite, resolved_velocity
 from ..trajectories import Target
 from .base import Controller
+
+
+@compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, VECTOR, NUMBER, MATRIX, MATRIX, VECTOR, VECTOR, NUMBER, VECTOR)
+def _sample(
+    M: Array,
+    nle: Array,
+    J: Array,
+    v: Array,
+    v_d: Array,
+    v_d_before: Array,
+    dt: float,
+    kv: Array,
+    kp: Array,
+    error: Array,
+    dx_d: Array,
+    kappa: float,
+    gradient: Array,
+) -> tuple[Array, Array]:
+    """Return the torque of this sample and the joint velocity that the next one is to follow."""
+    require_finite(error)
+    require_finite(v)
+    require_finite(gradient)
+    tau = computed_torque(M, nle, v, v_d, v_d_before, dt, kv, kp, error)
+    return require_finite(tau), resolved_velocity(J, dx_d, kappa, gradient)
 
 
 class ResolvedMotion(Controller):
@@ -38,6 +64,8 @@ class ResolvedMotion(Controller):
     """
 
     name = "resolved-motion"
+    is_compiled = True
+    compiled_text = (_sample,)
 
     def __init__(
         self,
@@ -78,6 +106,7 @@ class ResolvedMotion(Controller):
             made = criteria.make(arm, criterion)
             self._specification = criteria.specification(made)
             self.criterion = made if self.kappa > 0.0 else None
+        self._no_gradient = np.zeros(arm.nv)
         self._dt: float | None = None
         self._q_d = self._v_d = self._v_d_before = np.zeros(0)
 
@@ -97,17 +126,13 @@ class ResolvedMotion(Controller):
         """Return τ, shape (nv,), N m, and move the commanded joint motion on by one sample."""
         if self._dt is None:
             raise NotResetError(f"{self.name} has memory: call reset(q, v, dt) before the first torque(q, v, target)")
-        a_d = (self._v_d - self._v_d_before) / self._dt
-        position_error = self.arm.difference(state.q, self._q_d)
-        tau: Array = state.M @ (a_d + self.kv @ (self._v_d - state.v) + self.kp @ position_error) + state.nle
+        error = self.arm.difference(state.q, self._q_d)
+        gradient = self._no_gradient if self.criterion is None else self.criterion.gradient(state)
+        M, nle, J, v, dt = state.M, state.nle, state.J, state.v, self._dt
+        tau, v_d = self._texts[0](
+            M, nle, J, v, self._v_d, self._v_d_before, dt, self.kv, self.kp, error, target.dx, self.kappa, gradient
+        )
         self._q_d = self.arm.integrate(self._q_d, self._v_d * self._dt)
-        self._v_d_before, self._v_d = self._v_d, self._resolved_velocity(state, target)
-        return tau
-
-    def _resolved_velocity(self, state: ArmState, target: Target) -> Array:
-        J, J_pinv = state.J, pseudoinverse(state.J)
-        velocity: Array = J_pinv @ target.dx
-        if self.criterion is not None:
-            gradient = self.criterion.gradient(state)
-            velocity += self.kappa * (gradient - J_pinv @ (J @ gradient))
-        return velocity
+        self._v_d_before, self._v_d = self._v_d, v_d
+        torque: Array = tau
+        return torque

@@ -21,4 +21,4 @@ class Manipulability(JacobianCriterion):
 
     def gradient(self, state: ArmState) -> Array:
         """Return ∇w, shape (nv,), in the unit of w per rad; zero where J has lost rank."""
-        return manipulability_gradient(state.J, self.arm.jacobian_derivative(state.q))
+        return manipulability_gradient(state.J, self.arm.jacobian_derivative_at(state))

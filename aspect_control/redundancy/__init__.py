@@ -14,16 +14,15 @@ from .criteria import (
     velocity_compatibility,
     velocity_compatibility_gradient,
 )
+from .gradients import manipulability_gradient, minor_measure_gradient
 from .minors import (
     MAX_MINORS,
     aspect_signature,
     border_distance,
     border_tolerance,
     manipulability,
-    manipulability_gradient,
     minor_columns,
     minor_measure,
-    minor_measure_gradient,
     minor_rates,
     minors,
     structural_minor_columns,
@@ -32,15 +31,19 @@ from .minors import (
 from .null_vector import null_vector
 from .pseudoinverse import null_space_basis, null_space_projector, pseudoinverse
 from .stability import (
+    brake_torque,
+    dead_beat_torque,
     homogeneous_acceleration,
     homogeneous_velocity,
     null_vector_derivative,
     stability_coefficient,
+    switched_torque,
 )
 from .torque import (
-    dynamically_consistent_null_torque,
+    damped_torque,
     inertia_weighted_torque,
     minimum_torque,
+    operational_space_torque,
     pseudoinverse_torque,
     task_acceleration,
 )
@@ -52,7 +55,9 @@ __all__ = [
     "border_distance",
     "border_tolerance",
     "box_distance",
-    "dynamically_consistent_null_torque",
+    "brake_torque",
+    "damped_torque",
+    "dead_beat_torque",
     "force_compatibility",
     "force_compatibility_gradient",
     "homogeneous_acceleration",
@@ -74,12 +79,14 @@ __all__ = [
     "null_space_projector",
     "null_vector",
     "null_vector_derivative",
+    "operational_space_torque",
     "pseudoinverse",
     "pseudoinverse_torque",
     "repulsive_potential",
     "sphere_distance",
     "stability_coefficient",
     "structural_minor_columns",
+    "switched_torque",
     "task_acceleration",
     "time_to_border",
     "velocity_compatibility",

@@ -19,13 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .array import Array
-from .pseudoinverse import pseudoinverse
 
 MAX_MINORS = 20_000
 """The most minors that are computed at once: every one is an m × m determinant at every sample."""
 
 STRUCTURAL_TOLERANCE = 1e-9
 """Relative size below which a minor counts as zero in a posture, for `structural_minor_columns`."""
+
+BORDER = 8.0 * float(np.finfo(np.float64).eps)
+"""What `border_tolerance` multiplies m and the m-th power of the longest column of J by."""
 
 _BLOCK = 4_000_000
 """Numbers that are gathered at once when the minors of many Jacobians are computed: 32 MB."""
@@ -197,7 +199,7 @@ def border_tolerance(J: Array) -> Array:
     """
     m = J.shape[-2]
     longest = np.linalg.norm(J, axis=-2).max(axis=-1)
-    tolerance: Array = 8 * m * np.finfo(np.float64).eps * longest**m
+    tolerance: Array = BORDER * m * longest**m
     return tolerance
 
 
@@ -216,22 +218,6 @@ def manipulability(J: Array) -> Array:
     return result
 
 
-def manipulability_gradient(J: Array, dJ: Array) -> Array:
-    """Return ∇w, the gradient of the manipulability of Eq. (25) with respect to the joint coordinates.
-
-    ∂w/∂q_k = w tr(J⁺ ∂J/∂q_k); zero where J has lost rank, where w has a cusp.
-
-    Args:
-        J: Jacobian, shape (m, n).
-        dJ: Its derivatives dJ[i, j, k] = ∂J[i, j] / ∂q_k, shape (m, n, n).
-
-    Returns:
-        ∇w, shape (n,), in the unit of w per rad (per m for a prismatic joint).
-    """
-    gradient: Array = manipulability(J) * np.einsum("ji,ijk->k", pseudoinverse(J), dJ)
-    return gradient
-
-
 def minor_measure(J: Array, columns: NDArray[np.intp] | None = None) -> Array:
     """Return H = |δ₁ δ₂ … δ_p|^(1/p), Eq. (18): the geometric mean of the minors' magnitudes.
 
@@ -246,36 +232,6 @@ def minor_measure(J: Array, columns: NDArray[np.intp] | None = None) -> Array:
         logarithms = np.log(np.abs(minors(J, columns)))
     measure: Array = np.exp(logarithms.mean(axis=-1))
     return measure
-
-
-def minor_measure_gradient(J: Array, dJ: Array, columns: NDArray[np.intp] | None = None) -> Array:
-    """Return ∇H, the gradient of the minor measure of Eq. (18) with respect to the joint coordinates.
-
-    From ∂ ln|δ_S| / ∂q_k = tr(J_S⁻¹ ∂J_S/∂q_k), summed over all minors before it meets ∂J/∂q: the inverses are added
-    up into one (n, m) matrix, which is contracted once with the kinematic Hessian.
-
-    On the border of an aspect, where a minor is zero to rounding (`border_tolerance`), H has a cusp and no gradient.
-    The result there is zero: no side of the border is preferred.
-
-    Args:
-        J: Jacobian, shape (m, n).
-        dJ: Its derivatives dJ[i, j, k] = ∂J[i, j] / ∂q_k, shape (m, n, n).
-        columns: Columns of the minors that H is made of, shape (p, m); None for all.
-
-    Returns:
-        ∇H, shape (n,), in the unit of H per rad (per m for a prismatic joint). Never NaN.
-    """
-    m, n = J.shape
-    chosen = minor_columns(n, m) if columns is None else columns
-    submatrices = _submatrices(J, chosen)
-    values = np.linalg.det(submatrices)
-    if len(chosen) == 0 or np.any(np.abs(values) <= border_tolerance(J)):
-        return np.zeros(n)
-    summed_inverses = np.zeros((n, m))
-    np.add.at(summed_inverses, chosen, np.linalg.inv(submatrices))
-    measure = np.exp(np.log(np.abs(values)).mean())
-    gradient: Array = measure / len(chosen) * np.einsum("ji,ijk->k", summed_inverses, dJ)
-    return gradient
 
 
 def _submatrices(J: Array, columns: NDArray[np.intp]) -> Array:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-import eigenpy
+import numpy as np
 
 from .array import Array
+from .cholesky import cholesky, cholesky_solve
+from .compiled import MATRIX, NUMBER, VECTOR, compiled
+from .products import times
 from .pseudoinverse import pseudoinverse
 
 
+@compiled(MATRIX, VECTOR)
 def homogeneous_velocity(J: Array, v: Array) -> Array:
     """Return θ̇_H = (I − J⁺J)θ̇, Eq. (15): the part of the joint velocity that does not move the task.
 
@@ -18,10 +22,10 @@ def homogeneous_velocity(J: Array, v: Array) -> Array:
     Returns:
         θ̇_H, shape (n,), rad/s.
     """
-    velocity: Array = v - pseudoinverse(J) @ (J @ v)
-    return velocity
+    return v - times(pseudoinverse(J), times(J, v))
 
 
+@compiled(MATRIX, VECTOR, VECTOR)
 def homogeneous_acceleration(M: Array, tau: Array, tau_tilde: Array) -> Array:
     """Return θ̈_H = M⁻¹(τ − τ̃): the null-space acceleration that a torque adds to the pseudoinverse law's.
 
@@ -35,8 +39,86 @@ def homogeneous_acceleration(M: Array, tau: Array, tau_tilde: Array) -> Array:
     Returns:
         θ̈_H, shape (n,), rad/s².
     """
-    acceleration: Array = eigenpy.LLT(M).solve(tau - tau_tilde)
-    return acceleration
+    difference = (tau - tau_tilde).reshape(1, -1)
+    return cholesky_solve(cholesky(M), difference)[0]
+
+
+@compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR)
+def _both_torques(M: Array, nle: Array, J: Array, b: Array, v: Array) -> tuple[Array, Array, Array, float]:
+    """Return τ̃ of Eq. (7), the minimum torque of Eq. (11), θ̇_H of Eq. (15) and θ̇_H·θ̈_H of Eq. (12)."""
+    J_pinv, L = pseudoinverse(J), cholesky(M)
+    A = cholesky_solve(L, J)
+    tau_tilde = times(M, times(J_pinv, b)) + nle
+    tau_minimum = times(pseudoinverse(A), b + times(A, nle))
+    theta_dot_H = v - times(J_pinv, times(J, v))
+    theta_ddot_H = cholesky_solve(L, (tau_minimum - tau_tilde).reshape(1, -1))[0]
+    return tau_tilde, tau_minimum, theta_dot_H, np.sum(theta_dot_H * theta_ddot_H)
+
+
+@compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, NUMBER)
+def switched_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: float) -> Array:
+    """Return the torque of the modified null space vector method, Eqs. (12)–(16).
+
+    τ̃ of Eq. (7) if θ̇_H·θ̈_H ≥ 0, Eq. (13), and the minimum torque of Eq. (11) otherwise, Eq. (14).
+
+    Args:
+        M: Joint-space inertia matrix, shape (n, n), kg m².
+        nle: Coriolis, centrifugal and gravity torques N, shape (n,), N m.
+        J: Jacobian, shape (m, n).
+        b: Task acceleration less its velocity part, ẍ − J̇θ̇, shape (m,).
+        v: Joint velocity θ̇, shape (n,), rad/s.
+        dt: Sampling time, s; the law as printed does not use it.
+
+    Returns:
+        τ, shape (n,), N m.
+    """
+    tau_tilde, tau_minimum, theta_dot_H, product = _both_torques(M, nle, J, b, v)
+    # A product of rounding errors is no reason to switch when there is no self-motion.
+    return tau_minimum if product < 0.0 and np.any(theta_dot_H) else tau_tilde
+
+
+@compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, NUMBER)
+def dead_beat_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: float) -> Array:
+    """Return the torque of `switched_torque` with its null-space term scaled by min(1, ‖θ̇_H‖² / (−θ̇_H·θ̈_H Δt)).
+
+    Args:
+        M: As for `switched_torque`.
+        nle: As for `switched_torque`.
+        J: As for `switched_torque`.
+        b: As for `switched_torque`.
+        v: As for `switched_torque`.
+        dt: Sampling time Δt, s.
+
+    Returns:
+        τ, shape (n,), N m.
+    """
+    tau_tilde, tau_minimum, theta_dot_H, product = _both_torques(M, nle, J, b, v)
+    speed_squared = np.sum(theta_dot_H**2)
+    if product >= 0.0 or speed_squared == 0.0:
+        return tau_tilde
+    return tau_tilde + min(1.0, speed_squared / (-product * dt)) * (tau_minimum - tau_tilde)
+
+
+@compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, NUMBER)
+def brake_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: float) -> Array:
+    """Return τ̃ + max(θ̇_H·θ̈_H / ‖θ̇_H‖², −1/Δt) M θ̇_H if θ̇_H·θ̈_H < 0, and τ̃ otherwise.
+
+    Args:
+        M: As for `switched_torque`.
+        nle: As for `switched_torque`.
+        J: As for `switched_torque`.
+        b: As for `switched_torque`.
+        v: As for `switched_torque`.
+        dt: Sampling time Δt, s.
+
+    Returns:
+        τ, shape (n,), N m.
+    """
+    tau_tilde, _, theta_dot_H, product = _both_torques(M, nle, J, b, v)
+    speed_squared = np.sum(theta_dot_H**2)
+    if product >= 0.0 or speed_squared == 0.0:
+        return tau_tilde
+    return tau_tilde + max(product / speed_squared, -1.0 / dt) * times(M, theta_dot_H)
 
 
 def null_vector_derivative(J: Array, drift: Array) -> Array:

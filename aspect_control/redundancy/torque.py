@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import eigenpy
-
 from .array import Array
+from .cholesky import cholesky, cholesky_solve, forward_substitution
+from .compiled import MATRIX, NUMBER, VECTOR, compiled
+from .products import times
 from .pseudoinverse import pseudoinverse
 
 
+@compiled(MATRIX, VECTOR, MATRIX, VECTOR)
 def pseudoinverse_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     """Return τ̃ = M J⁺ b + N, Eq. (7): the torque of the minimum-norm joint acceleration.
 
@@ -20,10 +22,10 @@ def pseudoinverse_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     Returns:
         τ̃, shape (n,), N m.
     """
-    tau: Array = M @ (pseudoinverse(J) @ b) + nle
-    return tau
+    return times(M, times(pseudoinverse(J), b)) + nle
 
 
+@compiled(MATRIX, VECTOR, MATRIX, VECTOR)
 def minimum_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     """Return the torque of least norm that gives the task acceleration: Eq. (11) without a projector.
 
@@ -40,13 +42,15 @@ def minimum_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     Returns:
         τ, shape (n,), N m.
     """
-    A = _torque_to_task(M, J)
-    tau: Array = pseudoinverse(A) @ (b + A @ nle)
-    return tau
+    A = cholesky_solve(cholesky(M), J)
+    return times(pseudoinverse(A), b + times(A, nle))
 
 
+@compiled(MATRIX, VECTOR, MATRIX, VECTOR)
 def inertia_weighted_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     """Return τ = Jᵀ(J M⁻¹Jᵀ)⁺b + N: the torque of the least θ̈ᵀMθ̈ that gives the task acceleration.
+
+    With M = L Lᵀ and W = J L⁻ᵀ, in whose coordinates that is the plain norm, it is L W⁺b + N.
 
     Args:
         M: Joint-space inertia matrix, shape (n, n), kg m².
@@ -57,27 +61,52 @@ def inertia_weighted_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     Returns:
         τ, shape (n,), N m.
     """
-    A = _torque_to_task(M, J)
-    tau: Array = J.T @ (pseudoinverse(A @ J.T) @ b) + nle
-    return tau
+    L = cholesky(M)
+    W = forward_substitution(L, J)
+    return times(L, times(pseudoinverse(W), b)) + nle
 
 
-def dynamically_consistent_null_torque(M: Array, J: Array, tau: Array) -> Array:
-    """Return (I − JᵀJ̄ᵀ)τ with J̄ = M⁻¹Jᵀ(J M⁻¹Jᵀ)⁺: the part of a torque that does not accelerate the task.
+@compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR)
+def operational_space_torque(M: Array, nle: Array, J: Array, b: Array, tau_0: Array) -> Array:
+    """Return JᵀΛb + N + (I − JᵀJ̄ᵀ)τ₀ with Λ = (J M⁻¹Jᵀ)⁺ and J̄ = M⁻¹JᵀΛ: a null-space torque besides the task's.
+
+    τ₀ brings about no task acceleration. With M = L Lᵀ and W = J L⁻ᵀ the sum is L W⁺(b − W L⁻¹τ₀) + τ₀ + N.
 
     Args:
         M: Joint-space inertia matrix, shape (n, n), kg m².
+        nle: Coriolis, centrifugal and gravity torques N, shape (n,), N m.
         J: Jacobian, shape (m, n).
-        tau: Joint torque, shape (n,), N m.
+        b: Task acceleration less its velocity part, ẍ − J̇θ̇, shape (m,).
+        tau_0: Joint torque τ₀, shape (n,), N m.
 
     Returns:
-        The null-space torque, shape (n,), N m.
+        τ, shape (n,), N m.
     """
-    A = _torque_to_task(M, J)
-    null_torque: Array = tau - J.T @ (pseudoinverse(A @ J.T) @ (A @ tau))
-    return null_torque
+    L = cholesky(M)
+    W = forward_substitution(L, J)
+    of_tau_0 = times(W, forward_substitution(L, tau_0.reshape(1, -1))[0])
+    return times(L, times(pseudoinverse(W), b - of_tau_0)) + tau_0 + nle
 
 
+@compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, NUMBER)
+def damped_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, damping: float) -> Array:
+    """Return τ̃ − D M θ̇_H, Eqs. (7) and (15): with θ̇_H = θ̇ − J⁺Jθ̇ it is M{J⁺(b + D Jθ̇) − D θ̇} + N.
+
+    Args:
+        M: Joint-space inertia matrix, shape (n, n), kg m².
+        nle: Coriolis, centrifugal and gravity torques N, shape (n,), N m.
+        J: Jacobian, shape (m, n).
+        b: Task acceleration less its velocity part, ẍ − J̇θ̇, shape (m,).
+        v: Joint velocity θ̇, shape (n,), rad/s.
+        damping: D, 1/s.
+
+    Returns:
+        τ, shape (n,), N m.
+    """
+    return times(M, times(pseudoinverse(J), b + damping * times(J, v)) - damping * v) + nle
+
+
+@compiled(MATRIX, VECTOR, MATRIX, VECTOR)
 def task_acceleration(M: Array, nle: Array, J: Array, tau: Array) -> Array:
     """Return b = J M⁻¹(τ − N): the task acceleration, less J̇θ̇, that a torque brings about.
 
@@ -90,10 +119,5 @@ def task_acceleration(M: Array, nle: Array, J: Array, tau: Array) -> Array:
     Returns:
         b = ẍ − J̇θ̇, shape (m,).
     """
-    b: Array = J @ eigenpy.LLT(M).solve(tau - nle)
-    return b
-
-
-def _torque_to_task(M: Array, J: Array) -> Array:
-    """Return A = J M⁻¹, shape (m, n); eigenpy hands a single column back as a vector."""
-    return eigenpy.LLT(M).solve(J.T).reshape(J.T.shape).T  # type: ignore[no-any-return]
+    force = (tau - nle).reshape(1, -1)
+    return times(J, cholesky_solve(cholesky(M), force)[0])

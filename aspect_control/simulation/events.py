@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from math import dist, hypot
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from ..arm import Arm
 from ..checks import positive
 from ..exceptions import ParameterError, ShapeError
 from ..redundancy import Array, manipulability
+from ..tasks import TaskValue
 from ..trajectories import Target
 
 
@@ -33,6 +35,11 @@ class Moment(NamedTuple):
     v: Array
     tau: Array
     target: Target
+
+    @property
+    def x(self) -> TaskValue:
+        """Task value at q: shape (m,), m, or a `pin.SE3` for a task with rotations."""
+        return self.arm.task_position_at(self.q)
 
 
 class Event(ABC):
@@ -70,10 +77,11 @@ class Diverged(Event):
 
     def check(self, moment: Moment) -> str | None:
         """Return why the run ends, or None."""
-        joint = int(np.abs(moment.v).argmax())
-        speed = abs(moment.v[joint])
+        speeds = [abs(each) for each in moment.v.tolist()]
+        speed = max(speeds)
         if speed <= self.speed:
             return None
+        joint = speeds.index(speed)
         return f"joint {moment.arm.joint_names[joint]!r} at {speed:.3g} rad/s, limit {self.speed:g} rad/s"
 
 
@@ -87,7 +95,7 @@ class WorkspaceLeft(Event):
         arm, coordinates = moment.arm, moment.arm.coordinates
         axes = [coordinates.rows[row] for row in coordinates.position_rows]
         x = moment.target.x.translation[axes] if coordinates.has_rotation else moment.target.x
-        distance = float(np.linalg.norm(x - arm.model.jointPlacements[1].translation[axes]))
+        distance = dist(x.tolist(), arm.first_joint[axes].tolist())
         if distance <= arm.reach * (1.0 + 1e-9):
             return None
         return (
@@ -115,8 +123,8 @@ class TrackingLost(Event):
     def check(self, moment: Moment) -> str | None:
         """Return why the run ends, or None."""
         arm = moment.arm
-        error = arm.coordinates.error(moment.target.x, arm.task_position(moment.q))
-        distance = float(np.linalg.norm(error[arm.coordinates.position_rows]))
+        error = arm.coordinates.error(moment.target.x, moment.x).tolist()
+        distance = hypot(*(error[row] for row in arm.coordinates.position_rows))
         if distance <= self.distance:
             return None
         return (

@@ -35,13 +35,12 @@ class Target:
         """Check the three and turn them into copies: arrays, or a pose."""
         pose = isinstance(self.x, pin.SE3)
         x = task_of_value(self.x).checked("target.x", self.x) if pose else finite_vector("target.x", self.x)
+        dx, ddx = finite_vector("target.dx", self.dx), finite_vector("target.ddx", self.ddx)
+        if dx.shape != ddx.shape or not (pose or x.shape == dx.shape):
+            vectors = {"target.x": x, "target.dx": dx, "target.ddx": ddx}
+            *first, last = [name for name in vectors if not (pose and name == "target.x")]
+            shapes = ", ".join(str(vectors[name].shape) for name in (*first, last))
+            raise ShapeError(f"{', '.join(first)} and {last} must have one shape, got {shapes}")
         object.__setattr__(self, "x", x)
-        for name in ("dx", "ddx"):
-            object.__setattr__(self, name, finite_vector(f"target.{name}", getattr(self, name)))
-        vectors = ("dx", "ddx") if pose else ("x", "dx", "ddx")
-        shapes = {f"target.{name}": getattr(self, name).shape for name in vectors}
-        if len(set(shapes.values())) > 1:
-            *first, last = shapes
-            raise ShapeError(
-                f"{', '.join(first)} and {last} must have one shape, got {', '.join(map(str, shapes.values()))}"
-            )
+        object.__setattr__(self, "dx", dx)
+        object.__setattr__(self, "ddx", ddx)

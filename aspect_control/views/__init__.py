@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from .animation import animate
 from .atlas import atlas_figure, stability_figure
+from .benchmark import benchmark_figure, benchmark_report
 from .comparison import comparison_report, torque_figure
 from .figures import comparison_figure, run_figure, save_figure
 from .report import reproduction_report
@@ -35,6 +36,8 @@ __all__ = [
     "Replay",
     "animate",
     "atlas_figure",
+    "benchmark_figure",
+    "benchmark_report",
     "comparison_figure",
     "comparison_report",
     "law_name",

@@ -15,6 +15,7 @@ from rich.table import Table
 
 from ..analysis.section4 import AGREES, Claim
 from ..aspects import SelfMotion, Start, growth
+from ..benchmark import Row, Verdict
 
 
 def quantity(value: float) -> str:
@@ -67,6 +68,33 @@ def show_claims(claims: Sequence[Claim]) -> None:
         colour = "green" if claim.verdict == AGREES else "yellow"
         table.add_row(f"[{colour}]{claim.verdict}[/]", f"{claim.subject}: {claim.says}", escape(claim.measured))
     Console().print(table)
+
+
+def show_benchmark(rows: Sequence[Row], judged: Sequence[Verdict], missing: Sequence[str]) -> None:
+    """Print the rows of the benchmark, ratios first, and then which targets are met."""
+    show_table(
+        ("what", "", "ratio", "quartiles", "of", "µs", ""),
+        [
+            (
+                "" if i > 0 and rows[i - 1].group == row.group else row.group,
+                row.name,
+                f"{values['ratio']:.2f}",
+                "{:.2f}–{:.2f}".format(*values["ratio_quartiles"]),
+                row.of,
+                f"{values['microseconds']:,.1f}",
+                row.note,
+            )
+            for i, row in enumerate(rows)
+            for values in [row.to_dict()]
+        ],
+    )
+    words = {True: "met", False: "missed", None: "not measured"}
+    show_table(
+        ("target", "measured", ""),
+        [(each.target, "" if each.measured is None else f"{each.measured:.2f}", words[each.met]) for each in judged],
+    )
+    for name in missing:
+        Console().print(f"not installed: {name}")
 
 
 def show_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:

@@ -1,0 +1,49 @@
+"""Row group 6: a closed-loop run at 1 kHz with RK4, and where its time goes."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pinocchio as pin
+
+from .. import controllers
+from ..arm import Arm
+from ..simulation import RungeKutta4, simulate
+from ..simulation.plant import Plant
+from ..trajectories import StraightLine
+from . import literal
+from .timing import Call, Row, in_turn
+
+SIMULATED = 1.0
+"""Length of the run, s."""
+
+
+def closed_loop(arm: Arm, rounds: int) -> list[Row]:
+    """Time runs of three laws, each beside a tick and four calls of the articulated body algorithm; per sample."""
+    return [row for name in ("pseudoinverse", "null-space-vector", "jmdc") for row in _run_of(name, arm, rounds)]
+
+
+def _run_of(name: str, arm: Arm, rounds: int) -> list[Row]:
+    q0, v0 = arm.configuration([0.3, 0.4, 0.2, -1.8, 0.1, 1.9, 0.5]), np.zeros(arm.nv)
+    line, start = StraightLine([0.1, 0.1, 0.1], SIMULATED), arm.task_position(q0)
+    target, model, data = line.target(0.3, start, arm.coordinates), arm.model, arm.model.createData()
+    law, timed = controllers.create(name, arm), controllers.create(name, arm)
+    timed.reset(q0, v0, literal.DT)
+    plant, method, tau = Plant(arm), RungeKutta4(), timed.torque(q0, v0, target)
+
+    def run() -> float:
+        begin = time.thread_time()
+        recorded = simulate(law, line, q0=q0)
+        return (time.thread_time() - begin) / len(recorded.t)
+
+    calls: dict[str, Call] = {
+        "a sample of the run": run,
+        "tick": lambda: timed.torque(q0, v0, target),
+        "four ABA calls": lambda: [pin.aba(model, data, q0, v0, tau) for _ in range(4)],
+        "RK4 step, its four ABA calls included": lambda: method.step(plant, q0, v0, tau, literal.DT),
+        "target": lambda: line.target(0.3, start, arm.coordinates),
+    }
+    seconds = in_turn(calls, rounds)
+    base, of = seconds["tick"] + seconds["four ABA calls"], "tick + four ABA calls"
+    return [Row(f"Panda, xyz: closed loop, {name}", each, seconds[each], base, of) for each in calls]

@@ -1,0 +1,110 @@
+"""The laws as the paper prints them, with `numpy.linalg.pinv` for every pseudoinverse: what speed is compared with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arm import Arm, ArmState
+from ..redundancy import Array
+from ..trajectories import Target
+
+KP, KV, KAPPA, DT, DAMPING = 100.0, 20.0, 0.001, 1e-3, 10.0
+"""The defaults of the laws, and a sampling time."""
+
+pinv = np.linalg.pinv
+
+
+def _b(arm: Arm, s: ArmState, target: Target) -> Array:
+    error = arm.coordinates.error(target.x, s.x)
+    return target.ddx + KV * (target.dx - s.J @ s.v) + KP * error - s.drift
+
+
+def pseudoinverse(arm: Arm, s: ArmState, target: Target) -> Array:
+    """Eq. (7)."""
+    return s.M @ pinv(s.J) @ _b(arm, s, target) + s.nle
+
+
+def null_space_vector(arm: Arm, s: ArmState, target: Target) -> Array:
+    """Eq. (11)."""
+    J_pinv = pinv(s.J)
+    tau_tilde = s.M @ J_pinv @ _b(arm, s, target) + s.nle
+    return tau_tilde - s.M @ pinv(s.M @ (np.eye(arm.nv) - J_pinv @ s.J), rcond=1e-9) @ tau_tilde
+
+
+def modified_null_space_vector(arm: Arm, s: ArmState, target: Target) -> Array:
+    """Eqs. (12) to (16)."""
+    J_pinv, identity = pinv(s.J), np.eye(arm.nv)
+    tau_tilde = s.M @ J_pinv @ _b(arm, s, target) + s.nle
+    theta_dot_H = (identity - J_pinv @ s.J) @ s.v
+    theta_ddot_H = -pinv(s.M @ (identity - J_pinv @ s.J), rcond=1e-9) @ tau_tilde
+    return tau_tilde + s.M @ theta_ddot_H if theta_dot_H @ theta_ddot_H < 0.0 else tau_tilde
+
+
+def jmdc(arm: Arm, s: ArmState, target: Target) -> Array:
+    """Eqs. (17) to (21) at a start: every minor by itself, its gradient by its inverse."""
+    J_pinv, identity = pinv(s.J), np.eye(arm.nv)
+    gradient = minor_measure_gradient(s.J, arm.jacobian_derivative(s.q), arm.minor_columns)
+    v_d = J_pinv @ target.dx + KAPPA * (identity - J_pinv @ s.J) @ gradient
+    tau: Array = s.M @ ((v_d - s.v) / DT + KV * (v_d - s.v)) + s.nle
+    return tau
+
+
+def damped_null_space(arm: Arm, s: ArmState, target: Target) -> Array:
+    """Eq. (7) with the self-motion of Eq. (15) damped."""
+    J_pinv = pinv(s.J)
+    theta_dot_H = (np.eye(arm.nv) - J_pinv @ s.J) @ s.v
+    tau: Array = s.M @ J_pinv @ _b(arm, s, target) + s.nle - DAMPING * s.M @ theta_dot_H
+    return tau
+
+
+def inertia_weighted(arm: Arm, s: ArmState, target: Target) -> Array:
+    """The inertia-weighted pseudoinverse."""
+    tau: Array = s.J.T @ pinv(s.J @ np.linalg.inv(s.M) @ s.J.T) @ _b(arm, s, target) + s.nle
+    return tau
+
+
+def operational_space(arm: Arm, s: ArmState, target: Target) -> Array:
+    """Operational-space control with a damping torque in the dynamically consistent null space."""
+    M_inv = np.linalg.inv(s.M)
+    Lambda = pinv(s.J @ M_inv @ s.J.T)
+    J_bar = M_inv @ s.J.T @ Lambda
+    null_space = np.eye(arm.nv) - s.J.T @ J_bar.T
+    tau: Array = s.J.T @ Lambda @ _b(arm, s, target) + s.nle + null_space @ (-DAMPING * s.M @ s.v)
+    return tau
+
+
+def minors(J: Array, columns: Any) -> Array:
+    """Every minor of some columns, one determinant after the other."""
+    return np.array([np.linalg.det(J[:, each]) for each in columns])
+
+
+def minor_measure_gradient(J: Array, dJ: Array, columns: Any) -> Array:
+    """∇H by ∂ ln|δ_S| / ∂q_k = tr(J_S⁻¹ ∂J_S/∂q_k), one inverse a minor."""
+    logarithm, gradient = 0.0, np.zeros(J.shape[1])
+    for each in columns:
+        logarithm += np.log(abs(np.linalg.det(J[:, each])))
+        gradient += np.einsum("ji,ijk->k", np.linalg.inv(J[:, each]), dJ[:, each])
+    result: Array = np.exp(logarithm / len(columns)) / len(columns) * gradient
+    return result
+
+
+def all_minors(n: int, m: int) -> NDArray[np.intp]:
+    """Columns of all minors in lexicographic order, shape (p, m)."""
+    return np.array(list(combinations(range(n), m)))
+
+
+LAWS: dict[str, tuple[Callable[[Arm, ArmState, Target], Array], int, int]] = {
+    "pseudoinverse": (pseudoinverse, 1, 1),
+    "null-space-vector": (null_space_vector, 2, 1),
+    "modified-null-space-vector": (modified_null_space_vector, 2, 2),
+    "jmdc": (jmdc, 1, 1),
+    "damped-null-space": (damped_null_space, 1, 1),
+    "inertia-weighted": (inertia_weighted, 1, 1),
+    "operational-space": (operational_space, 1, 1),
+}
+"""The literal laws, the pseudoinverses that a tick of each takes, and those that the project's tick takes."""

@@ -1,0 +1,124 @@
+"""Times of calls that take turns, so that a change of the machine's speed meets all of them.
+
+Processor time of the one thread that is at work: the wall time of a machine that does nothing else.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..redundancy import Array
+
+BATCH = 1e-3
+"""How long a call is repeated in one round, s."""
+
+Call = Callable[[], Any]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the benchmark.
+
+    Attributes:
+        group: What is compared with what.
+        name: What was timed.
+        seconds: Time of one call in each round, shape (rounds,), s.
+        base: Time of what it is compared with in the same rounds, shape (rounds,), s.
+        of: What that is.
+        note: What else there is to say.
+    """
+
+    group: str
+    name: str
+    seconds: Array
+    base: Array
+    of: str
+    note: str = ""
+
+    @property
+    def ratio(self) -> float:
+        """Median of the ratios of the rounds."""
+        return float(np.median(self.seconds / self.base))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the row with medians and quartiles, in microseconds."""
+        low, middle, high = np.quantile(self.seconds / self.base, (0.25, 0.5, 0.75))
+        times = np.quantile(1e6 * self.seconds, (0.25, 0.5, 0.75))
+        return {
+            "group": self.group,
+            "name": self.name,
+            "ratio": float(middle),
+            "ratio_quartiles": [float(low), float(high)],
+            "of": self.of,
+            "microseconds": float(times[1]),
+            "microseconds_quartiles": [float(times[0]), float(times[2])],
+            "note": self.note,
+        }
+
+
+def in_turn(calls: Mapping[str, Call], rounds: int) -> dict[str, Array]:
+    """Time calls in turn.
+
+    Args:
+        calls: Calls by name. One that returns a number returns the seconds that it took itself, for one call of what
+            it stands for; all others are timed here, repeated for about `BATCH`.
+        rounds: Number of rounds.
+
+    Returns:
+        Seconds of one call in each round, shape (rounds,), by name.
+    """
+    repeats = {name: _repeats(call) for name, call in calls.items()}
+    seconds: dict[str, list[float]] = {name: [] for name in calls}
+    for _ in range(rounds):
+        for name, call in calls.items():
+            seconds[name].append(_time(call, repeats[name]))
+    return {name: np.array(values) for name, values in seconds.items()}
+
+
+def around(call: Callable[[Any], Any], arguments: list[Any]) -> Call:
+    """Return a call that takes the next of some arguments each time, so that no cache holds only one state."""
+    cycle = _endless(arguments)
+    return lambda: call(next(cycle))
+
+
+def _endless(arguments: list[Any]) -> Iterator[Any]:
+    while True:
+        yield from arguments
+
+
+def _time(call: Call, repeats: int) -> float:
+    begin = time.thread_time()
+    for _ in range(repeats):
+        measured = call()
+    elapsed = (time.thread_time() - begin) / repeats
+    return measured if type(measured) is float else elapsed
+
+
+def _repeats(call: Call) -> int:
+    call()
+    begin = time.thread_time()
+    if type(call()) is float:
+        return 1
+    return max(1, min(1000, int(BATCH / max(time.thread_time() - begin, 1e-9))))
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Hold the process on the processor that it runs on, where the system allows it, so that nothing runs beside it."""
+    import os
+
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(before)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)

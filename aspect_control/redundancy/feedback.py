@@ -1,0 +1,107 @@
+"""What feedback asks for: a task acceleration, or the torque of a joint acceleration."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .array import Array
+from .compiled import MATRIX, NUMBER, VECTOR, compiled
+from .products import times
+from .pseudoinverse import pseudoinverse
+
+TASK_SPACE = (MATRIX, VECTOR, MATRIX, *(VECTOR,) * 7, MATRIX, MATRIX)
+"""Arguments of a task-space law: M, N, then those of `commanded_acceleration`."""
+
+
+@compiled(*TASK_SPACE[2:])
+def commanded_acceleration(
+    J: Array,
+    drift: Array,
+    x: Array,
+    q: Array,
+    v: Array,
+    x_d: Array,
+    dx_d: Array,
+    ddx_d: Array,
+    kp: Array,
+    kv: Array,
+) -> Array:
+    """Return b = ẍ_d + K_v(ẋ_d − Jθ̇) + K_p(x_d − x) − J̇θ̇ of Eq. (5).
+
+    Args:
+        J: Jacobian, shape (m, n).
+        drift: J̇θ̇, shape (m,), m/s² and rad/s².
+        x: Task value, shape (m,), m; for a task with rotations zero.
+        q: Joint configuration θ, which is only checked, shape (any,), rad.
+        v: Joint velocity θ̇, shape (n,), rad/s.
+        x_d: Desired task value, shape (m,), m; for a task with rotations the task error.
+        dx_d: Desired task velocity ẋ_d, shape (m,), m/s and rad/s.
+        ddx_d: Desired task acceleration ẍ_d, shape (m,), m/s² and rad/s².
+        kp: Position gain K_p, shape (m, m), 1/s².
+        kv: Velocity gain K_v, shape (m, m), 1/s.
+
+    Returns:
+        b, shape (m,), m/s² and rad/s².
+
+    Raises:
+        ValueError: If the shapes do not fit.
+        FloatingPointError: If q or θ̇ is not finite.
+    """
+    m = J.shape[0]
+    if not (len(x_d) == len(x) == len(dx_d) == len(ddx_d) == len(drift) == m):
+        raise ValueError("the target and the task have different numbers of coordinates")
+    require_finite(q)
+    require_finite(v)
+    return ddx_d + times(kv, dx_d - times(J, v)) + times(kp, x_d - x) - drift
+
+
+@compiled(VECTOR)
+def require_finite(vector: Array) -> Array:
+    """Return a vector, shape (any,), if it is finite.
+
+    Raises:
+        FloatingPointError: If it is not.
+    """
+    for entry in vector:
+        if not np.isfinite(entry):
+            raise FloatingPointError("not finite")
+    return vector
+
+
+@compiled(MATRIX, VECTOR, VECTOR, VECTOR, VECTOR, NUMBER, MATRIX, MATRIX, VECTOR)
+def computed_torque(
+    M: Array, nle: Array, v: Array, v_d: Array, v_d_before: Array, dt: float, kv: Array, kp: Array, error: Array
+) -> Array:
+    """Return τ = M{θ̈_d + K_v(θ̇_d − θ̇) + K_p(θ_d − θ)} + N, Eq. (21), with θ̈_d = (θ̇_d^i − θ̇_d^{i−1}) / Δt, Eq. (20).
+
+    Args:
+        M: Joint-space inertia matrix, shape (n, n), kg m².
+        nle: Coriolis, centrifugal and gravity torques N, shape (n,), N m.
+        v: Joint velocity θ̇, shape (n,), rad/s.
+        v_d: Desired joint velocity θ̇_d, shape (n,), rad/s.
+        v_d_before: The one of the sample before, shape (n,), rad/s.
+        dt: Sampling time Δt, s.
+        kv: Velocity gain K_v, shape (n, n), 1/s.
+        kp: Position gain K_p, shape (n, n), 1/s².
+        error: θ_d − θ, shape (n,), rad.
+
+    Returns:
+        τ, shape (n,), N m.
+    """
+    return times(M, (v_d - v_d_before) / dt + times(kv, v_d - v) + times(kp, error)) + nle
+
+
+@compiled(MATRIX, VECTOR, NUMBER, VECTOR)
+def resolved_velocity(J: Array, dx: Array, kappa: float, gradient: Array) -> Array:
+    """Return θ̇ = J⁺ẋ + κ(I − J⁺J)∇H, Eqs. (2) and (17).
+
+    Args:
+        J: Jacobian, shape (m, n).
+        dx: Task velocity ẋ, shape (m,), m/s and rad/s.
+        kappa: κ, rad² per s and unit of H.
+        gradient: ∇H, shape (n,), unit of H per rad.
+
+    Returns:
+        θ̇, shape (n,), rad/s.
+    """
+    return times(pseudoinverse(J), dx - kappa * times(J, gradient)) + kappa * gradient

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 from .animation import animate
 from .comparison import comparison_report, torque_figure
 from .figures import comparison_figure, run_figure, save_figure
+from .hypothesis import hypothesis_report, hypothesis_rows, hypothesis_verdict
+from .hypothesis_figure import hypothesis_figure
 from .report import reproduction_report
 from .style import law_name, plain_text
 from .survey import survey_figure, survey_report
@@ -34,6 +36,10 @@ __all__ = [
     "animate",
     "comparison_figure",
     "comparison_report",
+    "hypothesis_figure",
+    "hypothesis_report",
+    "hypothesis_rows",
+    "hypothesis_verdict",
     "law_name",
     "plain_text",
     "replay",

@@ -296,7 +296,7 @@ def hypothesis(
         )
     folder = output_folder(out or Path("results") / "hypothesis" / scenario.stem)
     latest = HypothesisResult(experiment, samples, ())
-    written = time.monotonic()
+    written = float("-inf")
 
     def write_samples(result: HypothesisResult) -> None:
         document = {"scenario": scenario.stem, "seed": seed, "dt": dt, "samples": [s.to_dict() for s in result.samples]}

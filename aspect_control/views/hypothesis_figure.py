@@ -85,6 +85,8 @@ def _draw_scatter(axes: Any, result: HypothesisResult, measure: str, label: str)
             color=colour,
             label=law_label(law),
         )
+    ratios = [each.peak_ratio or 1.0 for law in result.experiment.laws for each in result.outcomes(law)]
+    axes.set_ylim(0.8, 1.5 * max(10.0 * THRESHOLD, *ratios, 1.0))
     axes.axhline(THRESHOLD, color="black", linewidth=0.8)
     axes.set_yscale("log")
     axes.set_xlabel(label)

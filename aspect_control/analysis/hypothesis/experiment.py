@@ -175,12 +175,13 @@ class Experiment:
             ParameterError: If no pair of postures is as far apart as a line has to be long.
         """
         random = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(index,)))
+        coordinates, own = self.arm.coordinates, self._sizes(self.own_line.displacement)
         on_border = wrong_length = 0
         while on_border + wrong_length < MOST_DRAWS:
             q0, q1 = (self.arm.configuration(random.uniform(*self.ranges)) for _ in range(2))
-            coordinates, start = self.arm.coordinates, self.arm.task_position(q0)
-            displacement = coordinates.error(self.arm.task_position(q1), start)
-            sizes, own = self._sizes(displacement), self._sizes(self.own_line.displacement)
+            start, end = self.arm.task_position(q0), self.arm.task_position(q1)
+            displacement = coordinates.error(end, start)
+            sizes = self._sizes(displacement)
             if not np.all((sizes >= SHORTEST * own) & (sizes <= LONGEST * own)):
                 wrong_length += 1
             elif len(self.arm.minors_on_border(q0)):
@@ -189,10 +190,8 @@ class Experiment:
                 scale = sizes[sizes > 0.0][0] / own[own > 0.0][0]
                 line = StraightLine(displacement, self.own_line.duration * math.sqrt(scale), self.own_line.profile)
                 return Draw(q0, line, on_border, wrong_length)
-        sizes = self._sizes(self.own_line.displacement)
         bounds = " and ".join(
-            f"{SHORTEST * size:.3g} to {LONGEST * size:.3g} {unit}"
-            for size, unit in zip(sizes, self._units, strict=True)
+            f"{SHORTEST * size:.3g} to {LONGEST * size:.3g} {unit}" for size, unit in zip(own, self._units, strict=True)
         )
         raise ParameterError(
             f"no line was found for {self.name} within {MOST_DRAWS:,} pairs of postures: {wrong_length:,} were not "

@@ -32,7 +32,8 @@ def hypothesis_figure(result: HypothesisResult, title: str = "") -> Any:
         _draw_bars(bars.subplots(), result)
         panels = scatter.subplots(1, 2, sharey=True)
         _draw_scatter(panels[0], result, "self_motion", r"largest self-motion $\Vert\dot\theta_H\Vert$ (rad/s)")
-        panels[0].set_xscale("log")
+        if any(result.outcomes(law) for law in laws):
+            panels[0].set_xscale("log")
         _draw_scatter(panels[1], result, "margin", "smallest normalised minor; left of 0: aspect left")
         panels[1].axvline(0.0, color="black", linewidth=0.8)
         panels[0].set_ylabel("peak torque / reference")

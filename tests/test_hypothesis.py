@@ -281,9 +281,13 @@ def test_clearest_counterexamples_went_farthest_at_the_strictest_threshold():
         (EXPLODED_INSIDE, 5),
         (EXPLODED_INSIDE, 4),
     ]
+    hard = sample(7, made(**left, peak_torque=5e3), reference=5e3)
+    harder = HypothesisResult(single, 8, (*samples, hard))
+    assert (harder.demanding, harder.bound) == ((7,), 200.0)
+    assert "3 below 10 times" in " ".join(hypothesis_verdict(harder))
     words = " ".join(hypothesis_verdict(HypothesisResult(single, 7, samples)))
     assert "Necessary for a calm torque? No: 3 of 4 runs" in words
-    assert "2 of them within 2 times" in words
+    assert "2 of them within 2 times the reference and 3 below 10 times the median reference" in words
     assert "Sufficient? No: 2 of 2 runs" in words
 
 

@@ -33,7 +33,8 @@ def hypothesis_report(result: HypothesisResult) -> str:
         f"{_range(found['length'], 'm')}, in {_range(found['duration'], 's')}. Drawn again: "
         f"{found['drawn_again_on_border']} starts on a border, {found['drawn_again_for_length']} pairs of postures too "
         f"near or too far apart. Left out, since no law finished: {len(result.undecided)}. Reference, the least peak "
-        f"torque on a sample: {_range(found['reference'], 'N m')}.",
+        f"torque on a sample: {_range(found['reference'], 'N m')}; on {len(result.demanding)} samples it is more than "
+        f"{THRESHOLD:g} times its median, so that no law is calm there but in comparison.",
         "",
         "## Aspect and torque",
         "",
@@ -111,11 +112,13 @@ def hypothesis_verdict(result: HypothesisResult) -> list[str]:
     kept, burst = sum(table.kept for table in tables), sum(table.kept_exploded for table in tables)
     laws = [table.law for table in tables if table.left_calm]
     strict = sum(result.table(law, THRESHOLDS[0]).left_calm for law in result.experiment.laws)
+    below = sum(each.peak_torque <= result.bound for each in result.left_and_calm())
     lines = []
     if left_calm:
         lines.append(
             f"- Necessary for a calm torque? No: {left_calm} of {left} runs that left their aspect stayed calm "
-            f"({', '.join(laws)}), {strict} of them within {THRESHOLDS[0]:g} times the reference."
+            f"({', '.join(laws)}), {strict} of them within {THRESHOLDS[0]:g} times the reference and {below} below "
+            f"{THRESHOLD:g} times the median reference of all samples."
         )
     elif left:
         lines.append(f"- Necessary for a calm torque? Nothing here contradicts it: all {left} runs that left exploded.")

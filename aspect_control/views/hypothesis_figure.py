@@ -63,7 +63,7 @@ def _draw_bars(axes: Any, result: HypothesisResult) -> None:
             axes.text(0.01, height, f"{calm} calm", va="center", fontsize=9.5)
             axes.text(1.01, height, f"{share.count} exploded", va="center", fontsize=9.5)
     axes.set_yticks(heights, labels)
-    axes.set(xlim=(0.0, 1.15), ylim=(len(result.experiment.laws) - 0.5, -0.5))
+    axes.set(xlim=(0.0, 1.18), ylim=(len(result.experiment.laws) - 0.5, -0.5))
     axes.set_xticks(np.linspace(0.0, 1.0, 6), [f"{100 * share:.0f} %" for share in np.linspace(0.0, 1.0, 6)])
     axes.grid(visible=False, axis="y")
     axes.set_title(f"share of runs: calm, exploded (beyond {THRESHOLD:g} times the reference); line: 95 % interval")
@@ -79,10 +79,11 @@ def _draw_scatter(axes: Any, result: HypothesisResult, measure: str, label: str)
             [each.peak_ratio for each in picked],
             linestyle="none",
             marker=_MARKERS[place % len(_MARKERS)],
-            markersize=6.0 if hollow else 4.0,
+            markersize=4.5 if hollow else 4.0,
             fillstyle="none" if hollow else "full",
             markeredgewidth=0.5 if hollow else 0.0,
-            alpha=0.6,
+            alpha=0.45 if hollow else 0.6,
+            zorder=1.5 if hollow else 2.0,
             color=colour,
             label=law_label(law),
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -74,6 +75,21 @@ class HypothesisResult:
         """Indices of the samples that no law finished; they are in no table."""
         return tuple(sample.index for sample in self.samples if sample.reference is None)
 
+    @property
+    def bound(self) -> float:
+        """`THRESHOLD` times the median reference of all samples, N m: what is a large torque whatever the sample."""
+        references = [sample.reference for sample in self.samples if sample.reference is not None]
+        return THRESHOLD * float(np.median(references)) if references else math.inf
+
+    @property
+    def demanding(self) -> tuple[int, ...]:
+        """Indices of the samples whose reference is beyond `bound`: no law is calm there but in comparison."""
+        return tuple(s.index for s in self.samples if s.reference is not None and s.reference > self.bound)
+
+    def left_and_calm(self) -> list[Outcome]:
+        """Return the outcomes that contradict necessity at `THRESHOLD`: those that left their aspect and are calm."""
+        return [outcome for _, outcome in self._decided() if _kind(outcome, THRESHOLD) == LEFT_AND_CALM]
+
     def outcomes(self, law: str) -> list[Outcome]:
         """Return the outcomes of a law on the samples that have a reference."""
         return [outcome for _, outcome in self._decided() if outcome.law == law]
@@ -140,6 +156,11 @@ class HypothesisResult:
             "requested": self.requested,
             "samples": len(self.samples),
             "undecided": list(self.undecided),
+            "demanding": list(self.demanding),
+            "left_and_calm": {
+                "count": len(self.left_and_calm()),
+                "below_bound": sum(each.peak_torque <= self.bound for each in self.left_and_calm()),
+            },
             "drawn_again_on_border": sum(sample.on_border for sample in self.samples),
             "drawn_again_for_length": sum(sample.wrong_length for sample in self.samples),
             "reference": _spread(references),

@@ -446,3 +446,71 @@ def test_the_estimate_grows_with_the_samples_and_falls_with_the_workers(experime
     one, many = time_estimate(experiment, 10, 1), time_estimate(experiment, 100_000, 1)
     assert many > 100.0 * one > 0.0
     assert time_estimate(experiment, 100_000, 8) < many
+
+
+# The page
+
+
+PAGE = (DOCS / "hypothesis.md").read_text()
+STORED = {name: json.loads((DOCS / f"hypothesis-{name}.json").read_text()) for name in ("planar3r", "panda-xyz")}
+
+
+@pytest.mark.parametrize("name", STORED)
+def test_tables_of_the_page_are_the_stored_ones(name):
+    found = STORED[name]
+    for table in found["tables"]:
+        if table["threshold"] == 10.0:
+            counts = [table[key] for key in ("kept_calm", "kept_exploded", "left_calm", "left_exploded")]
+            shares = [table[key] for key in ("exploded_if_kept", "exploded_if_left", "calm_if_left")]
+            cells = [
+                "–" if each["value"] is None else f"{each['value']:.2f} [{each['low']:.2f}, {each['high']:.2f}]"
+                for each in shares
+            ]
+            assert f"| {table['law']} | {' | '.join(map(str, [*counts, *cells]))} |" in PAGE
+    for each in found["counterexamples"]:
+        if name == "planar3r":
+            row = rf"{each['outcome']['law']} \| {each['index']} \| {each['outcome']['peak_ratio']:,.2f} \|"
+            assert re.search(row, PAGE)
+            assert each["holds"] is True
+    for law, correlations in found["correlations"].items():
+        ratio, peak = (correlations[key]["self_motion"] for key in ("peak_ratio", "peak_torque"))
+        assert re.search(rf"^\| {law} \|.*\| {re.escape(f'{ratio:+.2f} / {peak:+.2f}')} \|$", PAGE, re.MULTILINE)
+
+
+def test_words_of_the_page_and_the_readme_are_the_stored_counts():
+    planar, panda = ([each for each in STORED[name]["tables"] if each["threshold"] == 10.0] for name in STORED)
+    laws = {each["law"]: each for each in planar}
+
+    def total(tables, *keys):
+        return f"{sum(each[key] for each in tables for key in keys):,}"
+
+    words = " ".join(PAGE.split())
+    left = f"{total(planar, 'left_calm')} of {total(planar, 'left_calm', 'left_exploded')} runs"
+    kept = f"{total(planar, 'kept_exploded')} of {total(planar, 'kept_calm', 'kept_exploded')} runs"
+    assert f"{left} of the planar arm that left" in words
+    assert f"{total(panda, 'left_calm')} of {total(panda, 'left_calm', 'left_exploded')} of Panda's" in words
+    assert f"{kept} of the planar arm" in words
+    assert f"in none of {total(panda, 'kept_calm')} of Panda's" in words
+    inside = sum(each["exploded_inside"]["count"] for each in planar)
+    assert f"In {inside} of the {total(planar, 'kept_exploded', 'left_exploded')} runs of the planar arm" in words
+    for law in ("jmdc", ABLATION):
+        assert laws[law]["kept_calm"] + laws[law]["kept_exploded"] == 150
+    burst = [laws[law]["kept_exploded"] + laws[law]["left_exploded"] for law in ("jmdc", ABLATION)]
+    assert f"explodes on {burst[0]} with the measure and on {burst[1]} without" in words
+    readme = " ".join((DOCS.parent / "README.md").read_text().split())
+    assert f"{left} that left it stayed calm" in readme
+    assert f"{kept} that kept it exploded" in readme
+
+
+def test_a_stored_counterexample_is_what_seed_and_index_give():
+    found = STORED["planar3r"]
+    experiment = Experiment.of("planar3r", load_scenario("planar3r"), seed=found["seed"], dt=found["dt"])
+    for each in (found["counterexamples"][0], found["counterexamples"][-1]):
+        run = experiment.run(each["index"], each["outcome"]["law"])
+        assert np.abs(run.tau).max() == pytest.approx(each["outcome"]["peak_torque"], rel=1e-6)
+        assert aspect_preserved(run) == each["outcome"]["aspect_preserved"]
+
+
+def test_the_example_of_the_page_prints_what_it_says(capsys):
+    exec(re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)[1], {})  # noqa: S102
+    assert capsys.readouterr().out == re.search(r"```text\n(.*?)```", PAGE, re.DOTALL)[1]

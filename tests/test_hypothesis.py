@@ -36,7 +36,15 @@ from aspect_control.analysis.hypothesis import (
     time_estimate,
 )
 from aspect_control.analysis.hypothesis.outcome import sample_outcome
-from aspect_control.exceptions import AspectControlError, ParameterError, ScenarioError, ShapeError, UnknownNameError
+from aspect_control.analysis.hypothesis.parallel import processes
+from aspect_control.exceptions import (
+    AspectControlError,
+    ParameterError,
+    ScenarioError,
+    ShapeError,
+    UnknownNameError,
+    WorkerError,
+)
 from aspect_control.scenario import load_scenario
 from aspect_control.views import hypothesis_figure, hypothesis_report, hypothesis_verdict
 
@@ -322,7 +330,16 @@ def test_an_interrupt_keeps_what_was_computed(experiment):
     assert len(kept[-1].samples) == 2
     assert kept[-1].samples[0] == sample_outcome(experiment, kept[-1].samples[0].index)
     assert dict(os.environ) == before
-    assert "Interrupted" in hypothesis_report(replace(kept[-1], counterexamples=tuple(kept[-1].clearest())))
+    assert "Interrupted" in hypothesis_report(kept[-1])
+
+
+def end(state, item):
+    os._exit(3)
+
+
+def test_a_process_that_ends_by_itself_is_one_clear_error():
+    with pytest.raises(WorkerError, match="a worker process ended by itself"), processes(None, 2) as spread:
+        list(spread(end, [0]))
 
 
 # The command

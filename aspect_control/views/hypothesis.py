@@ -184,9 +184,8 @@ def _correlations(result: HypothesisResult, law: str) -> list[str]:
 
 def _counterexamples(result: HypothesisResult) -> list[str]:
     if not result.counterexamples:
-        return ["None."]
-    if any(each.finer is None for each in result.counterexamples):
-        return ["Interrupted before they were run again and saved."]
+        found = result.clearest()
+        return ["Interrupted before they were run again and saved." if found else "None."]
     words = {LEFT_AND_CALM: "left, calm", EXPLODED_INSIDE: "kept, exploded"}
     experiment = result.experiment
     return [

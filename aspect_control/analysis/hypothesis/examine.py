@@ -14,8 +14,8 @@ from ...simulation import simulate
 from ...trajectories import StraightLine
 from .experiment import Experiment
 from .outcome import Outcome, SampleOutcome, outcome, sample_outcome
-from .parallel import spread
-from .result import FINER, Counterexample, HypothesisResult
+from .parallel import processes
+from .result import FINER, HypothesisResult
 
 _TIMED_SAMPLES = 40
 """Samples of each law that are run to tell how long the whole takes."""
@@ -38,7 +38,7 @@ def examine_hypothesis(
         experiment: The arm, the laws and the seed.
         samples: Number of random motions.
         workers: Number of processes; 1 for none but this one.
-        keep: Called with all that is computed so far after every sample, and at the end.
+        keep: Called with all that is computed so far after every sample, and at the end with the counterexamples.
         progress: Called with what is being done and the part of all work that is done, 0 to 1.
 
     Raises:
@@ -51,22 +51,19 @@ def examine_hypothesis(
     found: dict[int, SampleOutcome] = {}
     result = HypothesisResult(experiment, samples, ())
     report(f"0 of {samples} samples", 0.0)
-    for sample in spread(sample_outcome, experiment, range(samples), min(workers, samples)):
-        found[sample.index] = sample
-        result = replace(result, samples=tuple(found[index] for index in sorted(found)))
-        report(f"{len(found)} of {samples} samples", len(found) / samples)
-        if keep is not None:
-            keep(replace(result, counterexamples=tuple(result.clearest())))
-    report(f"counterexamples at a time step {FINER} times shorter", 1.0)
-    clearest = result.clearest()
-    finer: dict[tuple[str, int], Outcome] = {}
-    tasks = [(each.outcome.law, each.index, each.outcome.peak_torque, each.outcome.peak_ratio) for each in clearest]
-    for law, index, found_outcome in spread(_finer, experiment, tasks, min(workers, max(1, len(tasks)))):
-        finer[law, index] = found_outcome
-    checked: tuple[Counterexample, ...] = tuple(
-        replace(each, finer=finer[each.outcome.law, each.index]) for each in clearest
-    )
-    result = replace(result, counterexamples=checked)
+    with processes(experiment, min(workers, samples)) as spread:
+        for sample in spread(sample_outcome, range(samples)):
+            found[sample.index] = sample
+            result = replace(result, samples=tuple(found[index] for index in sorted(found)))
+            report(f"{len(found)} of {samples} samples", len(found) / samples)
+            if keep is not None:
+                keep(result)
+        report(f"counterexamples at a time step {FINER} times shorter", 1.0)
+        clearest = result.clearest()
+        tasks = [(each.outcome.law, each.index, each.outcome.peak_torque, each.outcome.peak_ratio) for each in clearest]
+        finer = {(law, index): again for law, index, again in spread(_finer, tasks)}
+    checked = (replace(each, finer=finer[each.outcome.law, each.index]) for each in clearest)
+    result = replace(result, counterexamples=tuple(checked))
     if keep is not None:
         keep(result)
     return result

@@ -5,17 +5,16 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, as_completed, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing import get_context
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from ...exceptions import WorkerError
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-State = TypeVar("State")
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -23,41 +22,49 @@ _state: Any = None
 """What the tasks of this worker process share."""
 
 
-def spread(
-    task: Callable[[State, Item], Result], state: State, items: Iterable[Item], workers: int
-) -> Iterator[Result]:
-    """Yield task(state, item) for every item, as the results come in.
+class Spread(Protocol):
+    """Yields task(state, item) for every item of an iterable, as the results come in."""
 
-    Processes are spawned, not forked, with one thread of BLAS each. No more items are taken than the workers are busy
-    with, so that abandoning the iteration, or an interrupt from the keyboard, costs at most the results under way.
+    def __call__(self, task: Callable[[Any, Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+        """Start the work; `task` is a function of a module."""
+
+
+@contextmanager
+def processes(state: Any, workers: int) -> Iterator[Spread]:
+    """Share work among processes for as long as the block lasts.
+
+    They are spawned, not forked, with one thread of BLAS each. No more items are taken than the processes are busy
+    with, so that an interrupt from the keyboard costs at most the results under way.
 
     Args:
-        task: A function of a module.
         state: What all calls share; each process gets a copy once.
-        items: What differs from call to call.
         workers: Number of processes; 1 for none but this one.
+
+    Yields:
+        A function of a task and its items.
 
     Raises:
         WorkerError: If a process ended by itself, for want of memory for example.
     """
     if workers == 1:
-        for item in items:
-            yield task(state, item)
+        yield lambda task, items: (task(state, item) for item in items)
         return
-    waiting, pending = iter(items), set[Future[Result]]()
+
+    def spread(task: Callable[[Any, Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+        pending: set[Future[Result]] = set()
+        for item in items:
+            pending.add(pool.submit(_call, task, item))
+            if len(pending) > workers:
+                done, pending = wait(pending, return_when=FIRST_COMPLETED)
+                yield from (future.result() for future in done)
+        yield from (future.result() for future in as_completed(pending))
+
     with (
         _one_thread_each(),
         ProcessPoolExecutor(workers, get_context("spawn"), initializer=_start, initargs=(state,)) as pool,
     ):
         try:
-            for item in waiting:
-                pending.add(pool.submit(_call, task, item))
-                if len(pending) > workers:
-                    done, pending = wait(pending, return_when=FIRST_COMPLETED)
-                    yield from (future.result() for future in done)
-            while pending:
-                done, pending = wait(pending, return_when=FIRST_COMPLETED)
-                yield from (future.result() for future in done)
+            yield spread
         except BrokenProcessPool as error:
             raise WorkerError("a worker process ended by itself; give fewer workers if memory is short") from error
         finally:

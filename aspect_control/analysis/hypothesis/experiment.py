@@ -34,7 +34,7 @@ SHORTEST, LONGEST = 0.5, 1.5
 ABLATION = "jmdc-without-minor-measure"
 """Label of JMDC with κ = 0, which is added to every scenario that runs JMDC."""
 
-MOST_DRAWS = 20_000
+MOST_DRAWS = 10_000
 """Pairs of postures after which a line that fits is given up."""
 
 

@@ -74,8 +74,10 @@ def processes(state: Any, workers: int) -> Iterator[Spread]:
 def _start(state: Any) -> None:
     global _state
     _state = state
-    # The keyboard interrupts all processes at once: this one dies without a word, the parent tells.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # The keyboard interrupts all processes at once: this one dies without a word, the parent tells. A background job of
+    # a shell has been told to ignore it, and so do its workers.
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def _call(task: Callable[[Any, Any], Any], item: Any) -> Any:

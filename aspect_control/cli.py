@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import time
 import warnings
 from contextlib import nullcontext
 from pathlib import Path
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 
 INTERRUPTED = 130
 """Exit status of a command that was interrupted from the keyboard."""
+
+SECONDS_BETWEEN_WRITES = 10.0
+"""How often a long command writes what it has computed so far, s."""
 
 Host = Annotated[str, typer.Option(help="Address that --live listens on.")]
 Port = Annotated[int, typer.Option(help="Port that --live listens on; if it is taken, the next free one.")]
@@ -401,6 +405,73 @@ def bench(
     save_figure(figure, folder / "bench.svg")
     show_benchmark(rows, judged, missing)
     typer.echo(f"written to {folder}: bench.md, bench.json and the figure")
+
+
+@app.command()
+def hypothesis(
+    scenario: Annotated[
+        Path, typer.Argument(help="A TOML file, or the name of a scenario, whose arm, line and laws are taken.")
+    ] = Path("planar3r"),
+    samples: Annotated[int, typer.Option(help="Number of random motions.")] = 300,
+    seed: Annotated[int, typer.Option(help="Seed of the draws; a motion depends on it and on its index alone.")] = 0,
+    dt: Annotated[float, typer.Option(help="Sampling time, s.")] = 1e-3,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the results; results/hypothesis/NAME unless given.")
+    ] = None,
+    workers: Annotated[int | None, typer.Option(help="Number of processes; one a processor unless given.")] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Go on even if it takes long.")] = False,
+) -> None:
+    """Test on random motions whether keeping the aspect is necessary for a calm torque."""
+    from .analysis.hypothesis import Experiment, HypothesisResult, examine_hypothesis, time_estimate
+    from .exceptions import ParameterError
+    from .files import output_folder, write_text
+    from .scenario import load_scenario
+    from .views import hypothesis_figure, hypothesis_report, hypothesis_rows, hypothesis_verdict, save_figure
+    from .views.screen import LONG, describe_time, processors, progress_bar, show_table
+
+    experiment = Experiment.of(scenario.stem, load_scenario(scenario), seed=seed, dt=dt)
+    workers = processors() if workers is None else workers
+    seconds = time_estimate(experiment, samples, workers)
+    if seconds > LONG and not yes:
+        raise ParameterError(
+            f"{samples:,} samples take about {describe_time(seconds)}: give --yes to go on, or fewer --samples"
+        )
+    folder = output_folder(out or Path("results") / "hypothesis" / scenario.stem)
+    latest = HypothesisResult(experiment, samples, ())
+    written = float("-inf")
+
+    def write_samples(result: HypothesisResult) -> None:
+        document = {"scenario": scenario.stem, "seed": seed, "dt": dt, "samples": [s.to_dict() for s in result.samples]}
+        write_text(folder / "samples.json", json.dumps(document, ensure_ascii=False, allow_nan=False) + "\n")
+
+    def keep(result: HypothesisResult) -> None:
+        nonlocal latest, written
+        latest = result
+        if time.monotonic() - written > SECONDS_BETWEEN_WRITES:
+            write_samples(result)
+            written = time.monotonic()
+
+    try:
+        with progress_bar() as progress:
+            examine_hypothesis(experiment, samples, workers=workers, keep=keep, progress=progress)
+    finally:
+        if latest.samples:
+            write_samples(latest)
+            write_text(folder / "hypothesis.json", _json(latest.to_dict()))
+            write_text(folder / "hypothesis.md", hypothesis_report(latest))
+            figure = hypothesis_figure(latest)
+            save_figure(figure, folder / "hypothesis.png")
+            save_figure(figure, folder / "hypothesis.svg")
+    examples = output_folder(folder / "counterexamples")
+    for each in latest.counterexamples:
+        experiment.run(each.index, each.outcome.law).save(examples / f"{each.outcome.law}-{each.index}.npz")
+    show_table(
+        ("law", "kept: calm", "exploded", "left: calm", "exploded", "calm if left"),
+        hypothesis_rows(latest),
+    )
+    for line in hypothesis_verdict(latest):
+        typer.echo(line)
+    typer.echo(f"written to {folder}: hypothesis.md, hypothesis.json, samples.json, the figure and counterexamples")
 
 
 @app.command()

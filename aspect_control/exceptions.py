@@ -78,6 +78,10 @@ class ScenarioError(AspectControlError):
     """A scenario file is missing or does not describe a scenario."""
 
 
+class WorkerError(AspectControlError):
+    """A process that shared the work ended by itself."""
+
+
 class OutputError(AspectControlError):
     """A result cannot be written where it was asked for."""
 

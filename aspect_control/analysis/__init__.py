@@ -5,6 +5,7 @@ from .limit import ContinuousLimit, continuous_limit
 from .metrics import (
     ZeroCrossing,
     aspect_preserved,
+    exploded,
     intervals,
     minor_zero_crossings,
     peak_torque,
@@ -19,6 +20,7 @@ __all__ = [
     "aspect_preserved",
     "border_ahead",
     "continuous_limit",
+    "exploded",
     "intervals",
     "minor_zero_crossings",
     "peak_torque",

@@ -55,6 +55,17 @@ def peak_torque(run: Run) -> tuple[Array, Array]:
     return magnitude.max(axis=0), run.t[magnitude.argmax(axis=0)]
 
 
+def exploded(status: str, peak_ratio: float, threshold: float) -> bool:
+    """Tell whether a torque exploded: the run ended early, or its peak is beyond a threshold.
+
+    Args:
+        status: How the run ended.
+        peak_ratio: Its peak torque over that of a reference on the same motion.
+        threshold: The largest ratio of a calm run.
+    """
+    return status != "finished" or peak_ratio > threshold
+
+
 def total_variation(values: Array) -> Array:
     """Return Σ|x_{i+1} − x_i| of each column, shape (n,), in the unit of `values`, shape (k, n)."""
     variation: Array = np.abs(np.diff(values, axis=0)).sum(axis=0)

@@ -13,6 +13,8 @@ from .atlas import atlas_figure, stability_figure
 from .benchmark import benchmark_figure, benchmark_report
 from .comparison import comparison_report, torque_figure
 from .figures import comparison_figure, run_figure, save_figure
+from .hypothesis import hypothesis_report, hypothesis_rows, hypothesis_verdict
+from .hypothesis_figure import hypothesis_figure
 from .report import reproduction_report
 from .self_motion import self_motion_figure
 from .style import law_name, plain_text
@@ -40,6 +42,10 @@ __all__ = [
     "benchmark_report",
     "comparison_figure",
     "comparison_report",
+    "hypothesis_figure",
+    "hypothesis_report",
+    "hypothesis_rows",
+    "hypothesis_verdict",
     "law_name",
     "plain_text",
     "replay",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -16,6 +17,22 @@ from rich.table import Table
 from ..analysis.section4 import AGREES, Claim
 from ..aspects import SelfMotion, Start, growth
 from ..benchmark import Row, Verdict
+
+LONG = 3600.0
+"""Time from which a computation is not begun without having been asked for twice, s."""
+
+
+def processors() -> int:
+    """Return how many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def describe_time(seconds: float) -> str:
+    """Return a time for reading: `"40 s"`, `"12 min"`, `"3.5 h"`, `"2.1 days"`."""
+    for length, unit in ((86400.0, "days"), (3600.0, "h")):
+        if seconds >= length:
+            return f"{seconds / length:.1f} {unit}"
+    return f"{seconds / 60.0:.0f} min" if seconds >= 60.0 else f"{seconds:.0f} s"
 
 
 def quantity(value: float) -> str:

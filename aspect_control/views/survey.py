@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..analysis import exploded
 from ..analysis.chain_check import ChainCheck
 from ..analysis.survey import SurveyRow
 from .report import markdown_table
@@ -111,7 +112,7 @@ def _verdict(rows: Sequence[SurveyRow]) -> list[str]:
     single = dict(counts)
     compared = [row for row in rows if row.peak_ratio is not None]
     for row in compared:
-        key = row.aspect_preserved, row.status == "finished" and (row.peak_ratio or np.inf) <= CALM_RATIO
+        key = row.aspect_preserved, not exploded(row.status, row.peak_ratio or np.inf, CALM_RATIO)
         counts[key] += 1
         single[key] += row.redundancy == 1
     table = markdown_table(

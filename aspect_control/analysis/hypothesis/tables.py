@@ -1,0 +1,193 @@
+"""Counts, proportions with their confidence intervals, tests of association and rank correlations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from .outcome import Outcome
+
+
+@dataclass(frozen=True)
+class Proportion:
+    """A share of runs, with the 95 % confidence interval of Wilson.
+
+    Attributes:
+        count: Runs of the kind.
+        total: Runs in all.
+        low: Lower end of the interval.
+        high: Upper end of the interval.
+    """
+
+    count: int
+    total: int
+    low: float
+    high: float
+
+    @property
+    def value(self) -> float | None:
+        """The share; None without runs."""
+        return self.count / self.total if self.total else None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the proportion as plain numbers, for JSON."""
+        return {**asdict(self), "value": self.value}
+
+
+def proportion(count: int, total: int) -> Proportion:
+    """Return a share with its interval; of no runs nothing is known, so that the interval is 0 to 1."""
+    from scipy.stats import binomtest
+
+    if total == 0:
+        return Proportion(0, 0, 0.0, 1.0)
+    low, high = binomtest(count, total).proportion_ci(0.95, method="wilson")
+    return Proportion(count, total, float(low), float(high))
+
+
+@dataclass(frozen=True)
+class AspectTable:
+    """Runs of a law by aspect and torque.
+
+    Attributes:
+        law: Label of the law.
+        threshold: Peak torque over the reference beyond which a run counts as exploded.
+        kept_calm: Runs that kept their aspect and stayed calm.
+        kept_exploded: Runs that kept their aspect and exploded.
+        left_calm: Runs that left their aspect and stayed calm.
+        left_exploded: Runs that left their aspect and exploded.
+        left_first: Those of them that left it before, or in the same sample as, the torque passed the threshold.
+    """
+
+    law: str
+    threshold: float
+    kept_calm: int
+    kept_exploded: int
+    left_calm: int
+    left_exploded: int
+    left_first: int
+
+    @classmethod
+    def of(cls, law: str, outcomes: Iterable[Outcome], threshold: float, place: int) -> AspectTable:
+        """Count the outcomes of a law.
+
+        Args:
+            law: Label of the law.
+            outcomes: Its outcomes, of samples that have a reference.
+            threshold: Peak torque over the reference beyond which a run counts as exploded.
+            place: Place of the threshold in `Outcome.exploded_at`.
+        """
+        picked = list(outcomes)
+        counts = {(kept, burst): 0 for kept in (True, False) for burst in (True, False)}
+        for each in picked:
+            counts[each.aspect_preserved, each.exploded(threshold)] += 1
+        pairs = ((each.left_at, each.exploded_at[place]) for each in picked)
+        first = sum(left is not None and at is not None and left <= at for left, at in pairs)
+        return cls(
+            law, threshold, counts[True, False], counts[True, True], counts[False, False], counts[False, True], first
+        )
+
+    @property
+    def total(self) -> int:
+        """All runs."""
+        return self.kept + self.left
+
+    @property
+    def kept(self) -> int:
+        """Runs that kept their aspect."""
+        return self.kept_calm + self.kept_exploded
+
+    @property
+    def left(self) -> int:
+        """Runs that left their aspect."""
+        return self.left_calm + self.left_exploded
+
+    @property
+    def exploded_if_kept(self) -> Proportion:
+        """P(exploded | kept): 0 if keeping the aspect is sufficient for a calm torque."""
+        return proportion(self.kept_exploded, self.kept)
+
+    @property
+    def exploded_if_left(self) -> Proportion:
+        """P(exploded | left)."""
+        return proportion(self.left_exploded, self.left)
+
+    @property
+    def calm_if_left(self) -> Proportion:
+        """P(calm | left): 0 if keeping the aspect is necessary for a calm torque."""
+        return proportion(self.left_calm, self.left)
+
+    @property
+    def exploded_inside(self) -> Proportion:
+        """Share of the exploded runs whose torque passed the threshold while they were inside their aspect."""
+        burst = self.kept_exploded + self.left_exploded
+        return proportion(burst - self.left_first, burst)
+
+    @property
+    def risk_difference(self) -> float | None:
+        """P(exploded | left) − P(exploded | kept); None if either is unknown."""
+        left, kept = self.exploded_if_left.value, self.exploded_if_kept.value
+        return None if left is None or kept is None else left - kept
+
+    @property
+    def odds_ratio(self) -> tuple[float, float, float] | None:
+        """Conditional odds ratio of exploding after leaving to exploding after keeping, with its exact 95 % interval.
+
+        Infinite where no run that kept its aspect exploded; None where a margin of the table is empty.
+        """
+        from scipy.stats.contingency import odds_ratio
+
+        if not self._has_margins:
+            return None
+        ratio = odds_ratio(self._matrix, kind="conditional")
+        low, high = ratio.confidence_interval(0.95)
+        return float(ratio.statistic), float(low), float(high)
+
+    @property
+    def fisher_p(self) -> float | None:
+        """Fisher's exact test, two-sided, of no association of aspect and torque; None where a margin is empty."""
+        from scipy.stats import fisher_exact
+
+        return float(fisher_exact(self._matrix).pvalue) if self._has_margins else None
+
+    @property
+    def _matrix(self) -> list[list[int]]:
+        return [[self.left_exploded, self.left_calm], [self.kept_exploded, self.kept_calm]]
+
+    @property
+    def _has_margins(self) -> bool:
+        matrix = np.array(self._matrix)
+        return bool(matrix.sum(axis=0).all() and matrix.sum(axis=1).all())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return counts and statistics as plain numbers, for JSON; an infinite odds ratio is None."""
+        ratio = self.odds_ratio
+        return {
+            "law": self.law,
+            "threshold": self.threshold,
+            "kept_calm": self.kept_calm,
+            "kept_exploded": self.kept_exploded,
+            "left_calm": self.left_calm,
+            "left_exploded": self.left_exploded,
+            "left_first": self.left_first,
+            "exploded_if_kept": self.exploded_if_kept.to_dict(),
+            "exploded_if_left": self.exploded_if_left.to_dict(),
+            "calm_if_left": self.calm_if_left.to_dict(),
+            "exploded_inside": self.exploded_inside.to_dict(),
+            "risk_difference": self.risk_difference,
+            "odds_ratio": None if ratio is None else [each if math.isfinite(each) else None for each in ratio],
+            "fisher_p": self.fisher_p,
+        }
+
+
+def rank_correlation(x: Iterable[float], y: Iterable[float]) -> float | None:
+    """Return Spearman's rank correlation; None for fewer than three pairs, or if one side is constant."""
+    from scipy.stats import spearmanr
+
+    a, b = np.array(list(x)), np.array(list(y))
+    if len(a) < 3 or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
+        return None
+    return float(spearmanr(a, b).statistic)

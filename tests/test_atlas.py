@@ -17,6 +17,7 @@ from aspect_control.analysis.atlas import atlas_record
 from aspect_control.cli import main
 from aspect_control.exceptions import JointNotFoundError, ParameterError
 from aspect_control.views import atlas_figure, stability_figure
+from aspect_control.views.screen import describe_time
 
 PANDA = np.array([0.3, -0.3, 0.2, -1.9, 0.3, 1.8, 0.5])
 
@@ -172,7 +173,7 @@ def test_bad_input_of_an_atlas(make, error, words):
     ("seconds", "words"), [(40.0, "40 s"), (720.0, "12 min"), (12600.0, "3.5 h"), (2.1 * 86400, "2.1 days")]
 )
 def test_time_in_words(seconds, words):
-    assert aspects.describe_time(seconds) == words
+    assert describe_time(seconds) == words
 
 
 def test_estimated_time_grows_with_the_number_of_points(panda_slice):
@@ -289,7 +290,7 @@ def atlas(monkeypatch, capsys):
 
 def test_atlas_of_trajectory_a_from_the_command_line(tmp_path, monkeypatch, atlas):
     """With every atlas counting as a long one, so that it is only made with --yes."""
-    monkeypatch.setattr("aspect_control.aspects.atlas.LONG", 0.0)
+    monkeypatch.setattr("aspect_control.views.screen.LONG", 0.0)
     arguments = "--resolution", "20", "--set", "simulation.dt=1e-2", "--out", tmp_path / "out"
     status, _, error = atlas(*arguments)
     assert status == 2

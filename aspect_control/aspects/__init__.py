@@ -1,6 +1,6 @@
 """The aspects of an arm: self-motions, the best posture to start from, maps of configurations."""
 
-from .atlas import Atlas, compute_atlas, describe_time, estimated_time
+from .atlas import Atlas, compute_atlas, estimated_time
 from .crossings import AspectInterval, BorderCrossing, LimitCrossing
 from .sampling import SelfMotionSample, sample_self_motion
 from .self_motion import SelfMotion, self_motion
@@ -23,7 +23,6 @@ __all__ = [
     "Start",
     "choose_start",
     "compute_atlas",
-    "describe_time",
     "estimated_time",
     "growth",
     "sample_self_motion",

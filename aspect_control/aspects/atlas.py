@@ -21,9 +21,6 @@ from .stability_map import stability
 LARGEST_MEMORY = 2e9
 """The most memory that the minors of an atlas may take, bytes."""
 
-LONG = 300.0
-"""Time from which an atlas is not begun without having been asked for twice, s."""
-
 _TIMED_POINTS = 60
 """Points that are computed to tell how long the whole takes."""
 
@@ -165,14 +162,6 @@ def estimated_time(slice_: Slice, resolution: int) -> float:
         if arm.redundancy == 1:
             stability(arm, q)
     return (time.perf_counter() - started) / _TIMED_POINTS * resolution**2
-
-
-def describe_time(seconds: float) -> str:
-    """Return a time for reading: `"40 s"`, `"12 min"`, `"3.5 h"`, `"2.1 days"`."""
-    for length, unit in ((86400.0, "days"), (3600.0, "h")):
-        if seconds >= length:
-            return f"{seconds / length:.1f} {unit}"
-    return f"{seconds / 60.0:.0f} min" if seconds >= 60.0 else f"{seconds:.0f} s"
 
 
 def _require_fits(arm: Arm, resolution: int) -> None:

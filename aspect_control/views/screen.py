@@ -17,9 +17,10 @@ from rich.table import Table
 from ..analysis.section4 import AGREES, Claim
 from ..aspects import SelfMotion, Start, growth
 from ..benchmark import Row, Verdict
+from ..exceptions import ParameterError
 
-LONG = 3600.0
-"""Time from which a computation is not begun without having been asked for twice, s."""
+LONG = 1800.0
+"""From how long on work is begun only with `--yes`, s."""
 
 
 def processors() -> int:
@@ -33,6 +34,22 @@ def describe_time(seconds: float) -> str:
         if seconds >= length:
             return f"{seconds / length:.1f} {unit}"
     return f"{seconds / 60.0:.0f} min" if seconds >= 60.0 else f"{seconds:.0f} s"
+
+
+def require_patience(what: str, seconds: float, instead: str, yes: bool) -> None:
+    """Make sure that long work is meant.
+
+    Args:
+        what: What takes the time.
+        seconds: How long it takes, s.
+        instead: What to give for less of it.
+        yes: Whether `--yes` was given.
+
+    Raises:
+        ParameterError: If it takes longer than `LONG` and was not confirmed.
+    """
+    if seconds > LONG and not yes:
+        raise ParameterError(f"{what} takes about {describe_time(seconds)}: give --yes to go on, or {instead}")
 
 
 def quantity(value: float) -> str:

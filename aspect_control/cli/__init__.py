@@ -1,0 +1,6 @@
+"""The command line: parse, call, print. Each module holds the commands about one thing."""
+
+from . import motions, comparisons, postures, cost, listings  # isort: skip  # noqa: F401  the order is that of the help
+from .application import main
+
+__all__ = ["main"]

@@ -1,0 +1,160 @@
+"""Commands that compare laws on many motions."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .application import app, as_json
+
+SECONDS_BETWEEN_WRITES = 10.0
+"""How often a long command writes what it has computed so far, s."""
+
+
+@app.command()
+def survey(
+    out: Annotated[Path, typer.Option(help="Folder for the results; made if it is not there.")] = Path(
+        "results/survey"
+    ),
+    every: Annotated[
+        bool, typer.Option("--all", help="Also check every chain of every example robot against the full model.")
+    ] = False,
+) -> None:
+    """Run the laws on every scenario that ships with the package and compare them."""
+    from ..analysis.chain_check import check_chains
+    from ..analysis.survey import SurveyRow
+    from ..analysis.survey import survey as run_survey
+    from ..files import output_folder, write_text
+    from ..resources import scenario_paths
+    from ..scenario import load_scenario
+    from ..views import save_figure, survey_figure, survey_report
+    from ..views.screen import progress_bar, show_table
+
+    folder = output_folder(out)
+    scenarios = {name: load_scenario(path) for name, path in scenario_paths().items()}
+
+    def keep(rows: list[SurveyRow]) -> None:
+        write_text(folder / "survey.json", as_json({"runs": [row.to_dict() for row in rows]}))
+
+    with progress_bar() as progress:
+        rows = run_survey(scenarios, keep, progress)
+        checks = check_chains(progress) if every else []
+        document = {"runs": [row.to_dict() for row in rows], "chains": [check.to_dict() for check in checks]}
+        write_text(folder / "survey.json", as_json(document))
+        write_text(folder / "survey.md", survey_report(rows, checks))
+        figure = survey_figure(rows)
+        save_figure(figure, folder / "survey.png")
+        save_figure(figure, folder / "survey.svg")
+    show_table(
+        ("scenario", "law", "peak torque", "ratio", "aspect", "ended"),
+        [
+            (
+                row.scenario,
+                row.controller,
+                f"{row.peak_torque:,.1f} N m",
+                "" if row.peak_ratio is None else f"{row.peak_ratio:,.2f}",
+                "kept" if row.aspect_preserved else "left",
+                row.status,
+            )
+            for row in rows
+        ],
+    )
+    if checks:
+        failed = [check for check in checks if check.deviation is None]
+        typer.echo(f"{len(checks) - len(failed)} chains agree with the full model, {len(failed)} could not be loaded")
+    typer.echo(f"written to {folder}: survey.md, survey.json and the figure")
+
+
+@app.command()
+def compare(
+    out: Annotated[Path, typer.Option(help="Folder for the results; made if it is not there.")] = Path(
+        "results/compare"
+    ),
+) -> None:
+    """Run all laws on the planar arm, Panda and Baxter and compare them."""
+    from ..analysis.comparison import SCENARIOS, compare_laws
+    from ..files import output_folder, write_text
+    from ..views import comparison_report, save_figure, torque_figure
+    from ..views.screen import progress_bar, show_laws
+
+    folder = output_folder(out)
+    summaries = {}
+    with progress_bar() as progress:
+        for name in SCENARIOS:
+            runs, summaries[name] = compare_laws(name, progress)
+            write_text(folder / "compare.json", as_json({"scenarios": summaries}))
+            figure = torque_figure(runs, name)
+            save_figure(figure, folder / f"torques-{name}.png")
+            save_figure(figure, folder / f"torques-{name}.svg")
+        write_text(folder / "compare.md", comparison_report(summaries))
+    for name, summary in summaries.items():
+        typer.echo(name)
+        show_laws(summary)
+    typer.echo(f"written to {folder}: compare.md, compare.json and figures")
+
+
+@app.command()
+def hypothesis(
+    scenario: Annotated[
+        Path, typer.Argument(help="A TOML file, or the name of a scenario, whose arm, line and laws are taken.")
+    ] = Path("planar3r"),
+    samples: Annotated[int, typer.Option(help="Number of random motions.")] = 300,
+    seed: Annotated[int, typer.Option(help="Seed of the draws; a motion depends on it and on its index alone.")] = 0,
+    dt: Annotated[float, typer.Option(help="Sampling time, s.")] = 1e-3,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the results; results/hypothesis/NAME unless given.")
+    ] = None,
+    workers: Annotated[int | None, typer.Option(help="Number of processes; one a processor unless given.")] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Go on even if it takes long.")] = False,
+) -> None:
+    """Test on random motions whether keeping the aspect is necessary for a calm torque."""
+    from ..analysis.hypothesis import Experiment, HypothesisResult, examine_hypothesis, time_estimate
+    from ..files import output_folder, write_text
+    from ..scenario import load_scenario
+    from ..views import hypothesis_figure, hypothesis_report, hypothesis_rows, hypothesis_verdict, save_figure
+    from ..views.screen import processors, progress_bar, require_patience, show_table
+
+    experiment = Experiment.of(scenario.stem, load_scenario(scenario), seed=seed, dt=dt)
+    workers = processors() if workers is None else workers
+    seconds = time_estimate(experiment, samples, workers)
+    require_patience(f"a run of {samples:,} samples", seconds, "fewer --samples", yes)
+    folder = output_folder(out or Path("results") / "hypothesis" / scenario.stem)
+    latest = HypothesisResult(experiment, samples, ())
+    written = float("-inf")
+
+    def write_samples(result: HypothesisResult) -> None:
+        document = {"scenario": scenario.stem, "seed": seed, "dt": dt, "samples": [s.to_dict() for s in result.samples]}
+        write_text(folder / "samples.json", json.dumps(document, ensure_ascii=False, allow_nan=False) + "\n")
+
+    def keep(result: HypothesisResult) -> None:
+        nonlocal latest, written
+        latest = result
+        if time.monotonic() - written > SECONDS_BETWEEN_WRITES:
+            write_samples(result)
+            written = time.monotonic()
+
+    try:
+        with progress_bar() as progress:
+            examine_hypothesis(experiment, samples, workers=workers, keep=keep, progress=progress)
+    finally:
+        if latest.samples:
+            write_samples(latest)
+            write_text(folder / "hypothesis.json", as_json(latest.to_dict()))
+            write_text(folder / "hypothesis.md", hypothesis_report(latest))
+            figure = hypothesis_figure(latest)
+            save_figure(figure, folder / "hypothesis.png")
+            save_figure(figure, folder / "hypothesis.svg")
+    examples = output_folder(folder / "counterexamples")
+    for each in latest.counterexamples:
+        experiment.run(each.index, each.outcome.law).save(examples / f"{each.outcome.law}-{each.index}.npz")
+    show_table(
+        ("law", "kept: calm", "exploded", "left: calm", "exploded", "calm if left"),
+        hypothesis_rows(latest),
+    )
+    for line in hypothesis_verdict(latest):
+        typer.echo(line)
+    typer.echo(f"written to {folder}: hypothesis.md, hypothesis.json, samples.json, the figure and counterexamples")

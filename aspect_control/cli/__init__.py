@@ -1,6 +1,6 @@
 """The command line: parse, call, print. Each module holds the commands about one thing."""
 
 from . import motions, comparisons, postures, cost, listings  # isort: skip  # noqa: F401  the order is that of the help
-from .application import main
+from .application import app, main
 
-__all__ = ["main"]
+__all__ = ["app", "main"]

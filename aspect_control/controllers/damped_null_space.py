@@ -4,30 +4,15 @@ from __future__ import annotations
 
 from ..arm import ArmState
 from ..redundancy import Array, damped_torque
-from ..redundancy.compiled import NUMBER, compiled
-from ..redundancy.feedback import TASK_SPACE, commanded_acceleration, require_finite
+from ..redundancy.compiled import NUMBER
+from ..redundancy.feedback import task_space_law
 from ..trajectories import Target
 from .damped import DampedController
 
 
-@compiled(*TASK_SPACE, NUMBER)
-def _torque(
-    M: Array,
-    nle: Array,
-    J: Array,
-    drift: Array,
-    x: Array,
-    q: Array,
-    v: Array,
-    x_d: Array,
-    dx_d: Array,
-    ddx_d: Array,
-    kp: Array,
-    kv: Array,
-    damping: float,
-) -> Array:
-    b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
-    return require_finite(damped_torque(M, nle, J, b, v, damping))
+@task_space_law(NUMBER)
+def _torque(M: Array, nle: Array, J: Array, b: Array, v: Array, damping: float) -> Array:
+    return damped_torque(M, nle, J, b, v, damping)
 
 
 class DampedNullSpace(DampedController):

@@ -10,70 +10,25 @@ from numpy.typing import ArrayLike
 from ..arm import Arm, ArmState
 from ..exceptions import NotResetError, UnknownNameError
 from ..redundancy import Array, brake_torque, dead_beat_torque, switched_torque
-from ..redundancy.compiled import NUMBER, compiled, prepared
-from ..redundancy.feedback import TASK_SPACE, commanded_acceleration, require_finite
+from ..redundancy.compiled import NUMBER, prepared
+from ..redundancy.feedback import task_space_law
 from ..trajectories import Target
 from .base import TaskSpaceController
 
 
-@compiled(*TASK_SPACE, NUMBER)
-def _switched(
-    M: Array,
-    nle: Array,
-    J: Array,
-    drift: Array,
-    x: Array,
-    q: Array,
-    v: Array,
-    x_d: Array,
-    dx_d: Array,
-    ddx_d: Array,
-    kp: Array,
-    kv: Array,
-    dt: float,
-) -> Array:
-    b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
-    return require_finite(switched_torque(M, nle, J, b, v, dt))
+@task_space_law(NUMBER)
+def _switched(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: float) -> Array:
+    return switched_torque(M, nle, J, b, v, dt)
 
 
-@compiled(*TASK_SPACE, NUMBER)
-def _dead_beat(
-    M: Array,
-    nle: Array,
-    J: Array,
-    drift: Array,
-    x: Array,
-    q: Array,
-    v: Array,
-    x_d: Array,
-    dx_d: Array,
-    ddx_d: Array,
-    kp: Array,
-    kv: Array,
-    dt: float,
-) -> Array:
-    b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
-    return require_finite(dead_beat_torque(M, nle, J, b, v, dt))
+@task_space_law(NUMBER)
+def _dead_beat(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: float) -> Array:
+    return dead_beat_torque(M, nle, J, b, v, dt)
 
 
-@compiled(*TASK_SPACE, NUMBER)
-def _brake(
-    M: Array,
-    nle: Array,
-    J: Array,
-    drift: Array,
-    x: Array,
-    q: Array,
-    v: Array,
-    x_d: Array,
-    dx_d: Array,
-    ddx_d: Array,
-    kp: Array,
-    kv: Array,
-    dt: float,
-) -> Array:
-    b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
-    return require_finite(brake_torque(M, nle, J, b, v, dt))
+@task_space_law(NUMBER)
+def _brake(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: float) -> Array:
+    return brake_torque(M, nle, J, b, v, dt)
 
 
 SWITCHINGS = {"hard": _switched, "dead-beat": _dead_beat, "brake": _brake}

@@ -4,29 +4,14 @@ from __future__ import annotations
 
 from ..arm import ArmState
 from ..redundancy import Array, pseudoinverse_torque
-from ..redundancy.compiled import compiled
-from ..redundancy.feedback import TASK_SPACE, commanded_acceleration, require_finite
+from ..redundancy.feedback import task_space_law
 from ..trajectories import Target
 from .base import TaskSpaceController
 
 
-@compiled(*TASK_SPACE)
-def _torque(
-    M: Array,
-    nle: Array,
-    J: Array,
-    drift: Array,
-    x: Array,
-    q: Array,
-    v: Array,
-    x_d: Array,
-    dx_d: Array,
-    ddx_d: Array,
-    kp: Array,
-    kv: Array,
-) -> Array:
-    b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
-    return require_finite(pseudoinverse_torque(M, nle, J, b))
+@task_space_law()
+def _torque(M: Array, nle: Array, J: Array, b: Array, v: Array) -> Array:
+    return pseudoinverse_torque(M, nle, J, b)
 
 
 class Pseudoinverse(TaskSpaceController):

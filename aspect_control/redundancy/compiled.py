@@ -101,6 +101,11 @@ class Compiled:
     def _numba_type_(self) -> Any:
         return self.dispatcher._numba_type_
 
+    def __reduce__(self) -> tuple[type[str], tuple[str]]:
+        # What Numba tells kept machine code by, where a compiled function calls another that it was handed; the folder
+        # stands for its text.
+        return str, (f"{self._function.__module__}.{self._function.__qualname__}",)
+
 
 def _converted(value: Any, argument: str) -> Any:
     if argument in (NUMBER, COUNT):

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import cast
+
 import numpy as np
 
 from .array import Array
-from .compiled import MATRIX, NUMBER, VECTOR, compiled
+from .compiled import MATRIX, NUMBER, VECTOR, F, compiled
 from .products import times
 from .pseudoinverse import pseudoinverse
 
@@ -53,6 +56,34 @@ def commanded_acceleration(
     require_finite(q)
     require_finite(v)
     return ddx_d + times(kv, dx_d - times(J, v)) + times(kp, x_d - x) - drift
+
+
+def task_space_law(*parameter: str) -> Callable[[F], F]:
+    """Make a law of (M, N, J, b, θ̇), or of these and a parameter, one compiled function of `TASK_SPACE` and it.
+
+    Its b is that of `commanded_acceleration`; a torque that is not finite is refused.
+
+    Args:
+        *parameter: Type of the parameter, as for `compiled`, if there is one.
+    """
+
+    def decorate(law: F) -> F:
+        torque = compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, *parameter)(law)
+
+        # Numba compiles no *parameters for types that are given beforehand.
+        def plain(M, nle, J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv):  # type: ignore[no-untyped-def]
+            b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
+            return require_finite(torque(M, nle, J, b, v))
+
+        def with_parameter(  # type: ignore[no-untyped-def]
+            M, nle, J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv, parameter
+        ):
+            b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
+            return require_finite(torque(M, nle, J, b, v, parameter))
+
+        return compiled(*TASK_SPACE, *parameter)(cast(F, with_parameter if parameter else plain))
+
+    return decorate
 
 
 @compiled(VECTOR)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import eigenpy
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -13,7 +12,10 @@ from ..arm import Arm, ArmState
 from ..checks import positive
 from ..exceptions import NotResetError, UnknownNameError
 from ..redundancy import Array
-from ..redundancy.pseudoinverse import RANK_TOLERANCE
+from ..redundancy.compiled import compiled
+from ..redundancy.feedback import TASK_SPACE, commanded_acceleration
+from ..redundancy.open_torques import open_accelerations, open_torque, open_torques
+from ..redundancy.quadratic_program import evened, minimum_known, minimum_on_bounds, violations
 from ..trajectories import Target
 from .base import TaskSpaceController
 from .qp_limits import JointLimits
@@ -28,6 +30,24 @@ STABILITIES = ("none", "maciejewski", "dead-beat")
 
 _AT_REST = 1e-12
 """Part of the joint speed below which self-motion is rounding."""
+
+
+@compiled(*TASK_SPACE)
+def _torques(
+    M: Array,
+    nle: Array,
+    J: Array,
+    drift: Array,
+    x: Array,
+    q: Array,
+    v: Array,
+    x_d: Array,
+    dx_d: Array,
+    ddx_d: Array,
+    kp: Array,
+    kv: Array,
+) -> tuple[Array, Array, Array, Array]:
+    return open_torques(M, nle, J, commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv))
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +114,15 @@ class QPTorque(TaskSpaceController):
     """
 
     name = "qp"
+    compiled_text = (
+        _torques,
+        open_torque,
+        open_accelerations,
+        minimum_known,
+        minimum_on_bounds,
+        violations,
+        evened,
+    )
 
     def __init__(
         self,
@@ -205,35 +234,26 @@ class QPTorque(TaskSpaceController):
 
     def _torques(self, state: ArmState, target: Target) -> Torques:
         """Return the torques of the tasks s b and the limits in terms of them."""
-        M, nle, J, v = state.M, state.nle, state.J, state.v
-        m, n = J.shape
-        U, singular_values, Vt = np.linalg.svd(J)
-        kept = singular_values > RANK_TOLERANCE * singular_values[0]
-        b = self.commanded_acceleration(state, target)
-        J_pinv_b = Vt[:m][kept].T @ ((U.T @ b)[kept] / singular_values[kept])
-        Z = Vt[m:].T
-        Q = np.linalg.qr(M @ Z)[0]
-        c_tilde = M @ J_pinv_b
-        c, d = c_tilde - Q @ (Q.T @ c_tilde), nle - Q @ (Q.T @ nle)
-        solve_M = eigenpy.LLT(M).solve
-        M_inv_Q = solve_M(Q).reshape(Q.shape)
-        rows: list[Rows] = []
-        if self.limits.torque is not None:
-            rows.append(Rows(Q, c, -self.limits.torque - d, self.limits.torque - d))
-        if self.limits.bound_acceleration:
-            free = solve_M(d - nle)
-            slowest, fastest = self._acceleration_interval(state)
-            rows.append(Rows(M_inv_Q, solve_M(c), slowest - free, fastest - free).unit())
-        if self.stability != "none":
-            rows.append(self._stability_row(Z, v, Q, M_inv_Q, c_tilde, nle))
-        return Torques(Q, c, d, Rows.stack(rows, n - m))
+        Q, c, d, c_tilde = self._texts[0](*self.terms(state, target))
+        limits, rows = self.limits, []
+        if limits.torque is not None:
+            rows.append(Rows(Q, c, -limits.torque - d, limits.torque - d))
+        if limits.bound_acceleration or self.stability != "none":
+            M_inv_Q, M_inv_c, free = open_accelerations(state.M, state.nle, Q, c, d)
+            if limits.bound_acceleration:
+                slowest, fastest = self._acceleration_interval(state)
+                rows.append(Rows(M_inv_Q, M_inv_c, slowest - free, fastest - free).unit())
+            if self.stability != "none":
+                rows.append(self._stability_row(state.v, Q, M_inv_Q, c_tilde, state.nle))
+        return Torques(Q, c, d, Rows.stack(rows, Q.shape[1]))
 
-    def _stability_row(self, Z: Array, v: Array, Q: Array, M_inv_Q: Array, c_tilde: Array, nle: Array) -> Rows:
+    def _stability_row(self, v: Array, Q: Array, M_inv_Q: Array, c_tilde: Array, nle: Array) -> Rows:
         """Return θ̇_H·θ̈_H ≤ 0 with θ̈_H = M⁻¹Q (η − Qᵀτ̃), τ̃ = s M J⁺b + N."""
         if self.stability == "dead-beat" and self._dt is None:
             raise NotResetError(
                 'qp with stability = "dead-beat" needs Δt: call reset(q, v, dt) before the first torque'
             )
+        Z = np.linalg.qr(M_inv_Q)[0]
         theta_dot_H = Z @ (Z.T @ v)
         speed = float(np.linalg.norm(theta_dot_H))
         row = M_inv_Q.T @ theta_dot_H

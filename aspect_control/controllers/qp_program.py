@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..redundancy import Array
+from ..redundancy.open_torques import open_torque
 from .qp_solver import Program
 
 SCALE_WEIGHT = 1e4
@@ -30,6 +31,8 @@ class Rows(NamedTuple):
     @staticmethod
     def stack(rows: list[Rows], columns: int) -> Rows:
         """Return all rows as one."""
+        if len(rows) == 1:
+            return rows[0]
         empty = Rows(np.zeros((0, columns)), *np.zeros((3, 0)))
         return Rows(*(np.concatenate(parts) for parts in zip(empty, *rows, strict=True)))
 
@@ -74,4 +77,5 @@ class Torques(NamedTuple):
         s = 1.0 if len(x) == r else min(max(float(x[r]) / self.scale_unit, 0.0), 1.0)
         if s > 1.0 - 1e-9:
             s = 1.0
-        return self.Q @ x[:r] + s * self.c + self.d, s
+        tau: Array = open_torque(self.Q, self.c, self.d, np.append(x[:r], s))
+        return tau, s

@@ -433,6 +433,7 @@ def test_no_sparse_conversion_after_the_first_tick(planar, monkeypatch):
         law.torque(*each)
     monkeypatch.setattr(qp_solver, "_dense_pattern", None)
     for each in motions[10:]:
+        law._solver._multipliers.clear()
         law.torque(*each)
         assert law.status.iterations
         assert "TypeError" not in law.status.message

@@ -68,7 +68,7 @@ class Program(NamedTuple):
         above, below = np.isfinite(self.upper), np.isfinite(self.lower)
         G = np.vstack((self.A[above], -self.A[below]))
         h = np.concatenate((self.upper[above], -self.lower[below]))
-        return qpsolvers.Problem(np.diag(self.p), self.q, *((G, h) if len(h) else (None, None)))
+        return qpsolvers.Problem(np.diag(self.p), self.q.copy(), *((G, h) if len(h) else (None, None)))
 
 
 class Answer(NamedTuple):
@@ -105,7 +105,8 @@ class Answer(NamedTuple):
         if x.shape != program.q.shape or mu.shape != program.upper.shape:
             return f"{self.message}, but its solution is not of this program"
         p = program.p if self.least else np.zeros_like(program.p)
-        excess, stationarity, gap = violations(p, *program[1:], x, mu)
+        _, q, A, lower, upper = program
+        excess, stationarity, gap = violations(p, q, A, lower, upper, x, mu)
         if excess <= TOLERANCE and stationarity <= TOLERANCE and gap <= TOLERANCE:
             return ""
         if not (np.isfinite(x).all() and np.isfinite(mu).all()):
@@ -132,18 +133,24 @@ class Solver(ABC):
 
         It may raise whatever the solver raises.
         """
-        shape = program.A.shape
+        answer = self.known(program)
+        if answer is None:
+            answer = self.search(program)
+            if answer.x is not None and answer.least:
+                self._multipliers[program.A.shape] = answer.multipliers
+        return answer
+
+    def known(self, program: Program) -> Answer | None:
+        """Return the solution that the last one leads to, if it does."""
+        known, x, multipliers = self._minimum_known(*program, self.multipliers(program.A.shape))
+        return Answer(x, multipliers, SAME_LIMITS if multipliers.any() else NO_LIMIT, 0) if known else None
+
+    def multipliers(self, shape: tuple[int, ...]) -> Array:
+        """Return those of the last program with A of a shape that the solver was called for, shape (c,)."""
         before = self._multipliers.get(shape)
         if before is None:
-            before = np.zeros(shape[0])
-        known, x, multipliers = self._minimum_known(*program, before)
-        if known:
-            return Answer(x, multipliers, SAME_LIMITS if multipliers.any() else NO_LIMIT, 0)
-        self._multipliers.pop(shape, None)
-        answer = self.search(program)
-        if answer.x is not None and answer.least:
-            self._multipliers[shape] = answer.multipliers
-        return answer
+            before = self._multipliers[shape] = np.zeros(shape[0])
+        return before
 
     @abstractmethod
     def search(self, program: Program) -> Answer:
@@ -151,6 +158,10 @@ class Solver(ABC):
 
     def forget(self) -> None:
         """Forget what is kept between calls, so that equal programs have equal answers."""
+        self.forget_multipliers()
+
+    def forget_multipliers(self) -> None:
+        """Forget which bounds were reached, but nothing of the solver's own."""
         self._multipliers.clear()
 
 
@@ -201,6 +212,11 @@ class KeptOSQP(Solver):
             objection = answer.objection(program)
             return answer if not objection else Answer(None, multipliers, objection, iterations)
         infeasible = result.info.status_val == osqp.SolverStatus.OSQP_PRIMAL_INFEASIBLE
+        if not infeasible and not program.q.any() and np.isfinite(result.y).all():
+            # It may have found out which bounds are reached even so.
+            answer = _polished(program, np.array(result.y) * size / width, message, iterations)
+            if not answer.objection(program):
+                return answer
         return Answer(None, np.zeros(len(A)), message, iterations, infeasible)
 
     def _in_two_steps(self, program: Program, before: Answer) -> Answer:
@@ -225,7 +241,8 @@ class KeptOSQP(Solver):
         price, multipliers = max(-float(least.multipliers[-1]), 0.0), least.multipliers.copy()
         multipliers[-1] = max(multipliers[-1], 0.0)
         multipliers += (1.0 - price / weight) * at_vertex
-        return Answer(least.x, multipliers, message, iterations)
+        exact = _polished(program, multipliers, message, iterations)
+        return Answer(least.x, multipliers, message, iterations) if exact.objection(program) else exact
 
 
 class DAQP(Solver):

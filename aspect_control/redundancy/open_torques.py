@@ -6,14 +6,15 @@ import numpy as np
 
 from .array import Array
 from .cholesky import cholesky, cholesky_solve
-from .compiled import MATRIX, VECTOR, compiled
+from .compiled import MATRIX, NUMBER, VECTOR, compiled
+from .feedback import require_finite
 from .products import times, transpose_times
 from .pseudoinverse import pseudoinverse
 
 
 @compiled(MATRIX, VECTOR, MATRIX, VECTOR)
-def open_torques(M: Array, nle: Array, J: Array, b: Array) -> tuple[Array, Array, Array, Array]:
-    """Return Q, c, d and M J⁺b: the torques of the task accelerations s b are τ = Q η + s c + d, whatever η is.
+def open_torques(M: Array, nle: Array, J: Array, b: Array) -> tuple[Array, Array, Array]:
+    """Return Q, c and d: the torques of the task accelerations s b are τ = Q η + s c + d, whatever η is.
 
     They are the solutions of A τ = s b + A N with A = J M⁻¹. Q is an orthonormal basis of what A does not see, and c
     and d are what is left of M J⁺b and of N without it, so that η = 0 is the torque of Eq. (11). Q is the end of the
@@ -26,7 +27,7 @@ def open_torques(M: Array, nle: Array, J: Array, b: Array) -> tuple[Array, Array
         b: Task acceleration less its velocity part, ẍ − J̇θ̇, shape (m,).
 
     Returns:
-        Q, shape (n, n − m), with QᵀQ = I and J M⁻¹Q = 0; c, d and M J⁺b, shapes (n,), N m, with Qᵀc = Qᵀd = 0.
+        Q, shape (n, n − m), with QᵀQ = I and J M⁻¹Q = 0; c and d, shapes (n,), N m, with Qᵀc = Qᵀd = 0.
     """
     m, n = J.shape
     A = cholesky_solve(cholesky(M), J)
@@ -34,8 +35,7 @@ def open_torques(M: Array, nle: Array, J: Array, b: Array) -> tuple[Array, Array
     wide = np.zeros((n, n))
     wide[:, :m] = A.T
     Q = np.ascontiguousarray(np.linalg.qr(wide)[0][:, m:])
-    c_tilde = times(M, times(pseudoinverse(J), b))
-    return Q, _without(Q, c_tilde), _without(Q, nle), c_tilde
+    return Q, _without(Q, times(M, times(pseudoinverse(J), b))), _without(Q, nle)
 
 
 @compiled(MATRIX, VECTOR)
@@ -64,18 +64,23 @@ def open_accelerations(M: Array, nle: Array, Q: Array, c: Array, d: Array) -> tu
     return M_inv_Q, M_inv_c, cholesky_solve(L, (d - nle).reshape(1, -1))[0]
 
 
-@compiled(MATRIX, VECTOR, VECTOR, VECTOR)
-def open_torque(Q: Array, c: Array, d: Array, x: Array) -> Array:
-    """Return τ = Q η + s c + d.
+@compiled(MATRIX, VECTOR, VECTOR, VECTOR, NUMBER, VECTOR)
+def open_torque(Q: Array, c: Array, d: Array, eta: Array, s: float, limit: Array) -> Array:
+    """Return τ = Q η + s c + d, cut off at the limits, which rounding may pass.
 
     Args:
         Q: As `open_torques` returns it, shape (n, r).
         c: As `open_torques` returns it, shape (n,), N m.
         d: As `open_torques` returns it, shape (n,), N m.
-        x: η and s, shape (r + 1,).
+        eta: η, shape (r,), N m.
+        s: The part of the task acceleration.
+        limit: Torque limits, shape (n,), N m; infinite where there is none.
 
     Returns:
         τ, shape (n,), N m.
+
+    Raises:
+        FloatingPointError: If τ is not finite.
     """
-    r = Q.shape[1]
-    return times(Q, x[:r].copy()) + x[r] * c + d
+    tau = require_finite(times(Q, eta) + s * c + d)
+    return np.minimum(np.maximum(tau, -limit), limit)

@@ -15,6 +15,12 @@ PROGRAM = (VECTOR, VECTOR, MATRIX, VECTOR, VECTOR)
 ROUNDING = 1e-9
 """By how much the minimum on bounds that are known may miss another one: part of its size, plus 1e-9."""
 
+_SIGN_KNOWN = 1e-11
+"""Part of the largest multiplier below which the sign of another is not known."""
+
+_SUM_KNOWN = 1e-8
+"""Largest sum of the gradient and the multipliers, as part of the gradient of the quadratic cost."""
+
 _LEAST_MULTIPLIER = 1e-9
 """Part of the largest multiplier from which on a bound counts as held."""
 
@@ -47,9 +53,11 @@ def minimum_on_bounds(p: Array, q: Array, A: Array, lower: Array, upper: Array, 
     bounds = np.where(side > 0.0, upper, lower)[held]
     step = times(W_pinv, bounds - times(W, nearest_to))
     y = nearest_to + step
+    held_multipliers = -transpose_times(W_pinv, step.reshape(-1, 1))[:, 0]
     # What rounding has left where the linear cost is large.
     y += times(W_pinv, bounds - times(W, y))
-    multipliers[held] = -transpose_times(W_pinv, step.reshape(-1, 1))[:, 0]
+    left = y - nearest_to + transpose_times(W, held_multipliers.reshape(-1, 1))[:, 0]
+    multipliers[held] = held_multipliers - transpose_times(W_pinv, left.reshape(-1, 1))[:, 0]
     return y / root, multipliers
 
 
@@ -116,7 +124,11 @@ def minimum_known(
         return False, x, mu
     side = np.where(np.abs(multipliers) > _LEAST_MULTIPLIER * largest, multipliers, 0.0)
     x, mu = minimum_on_bounds(p, q, A, lower, upper, side)
-    return np.all(mu * side >= 0.0) and _is_within(times(A, x), lower, upper), x, mu
+    # Signs and sums that are lost in rounding, as with a large linear cost, tell nothing.
+    outwards = np.all(mu * np.sign(side) >= _SIGN_KNOWN * np.max(np.abs(mu)) * np.abs(np.sign(side)))
+    gradient = p * x + q + transpose_times(A, mu.reshape(-1, 1))[:, 0]
+    stationary = np.max(np.abs(gradient)) <= _SUM_KNOWN * (1.0 + np.max(np.abs(p * x)))
+    return outwards and stationary and _is_within(times(A, x), lower, upper), x, mu
 
 
 @compiled(VECTOR, VECTOR, VECTOR)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -76,7 +76,7 @@ def _as_before(
     Q, c, d = open_torques(M, nle, J, b)
     r, least = Q.shape[1], c + d
     known, eta, mu = minimum_known(np.ones(r), np.zeros(r), Q, -torque_limit - least, torque_limit - least, multipliers)
-    return known, bool(np.any(mu)), open_torque(Q, c, d, eta, 1.0, torque_limit)
+    return known, bool(np.any(mu)), open_torque(Q, c, d, eta, 1.0, torque_limit) if known else least
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,12 +260,13 @@ class QPTorque(TaskSpaceController):
         """Return τ, shape (nv,), N m, and set `status`."""
         before = self.status.outcome if self.status is not None else ""
         if before == "optimal" and self._only_torque_limits:
-            known, held, tau = self._texts[2](
+            least: Array
+            known, held, least = self._texts[2](
                 *self.terms(state, target), self._torque_limit, self._solver.multipliers(self._shape)
             )
             if known:
                 self.status = _HELD if held else _FREE
-                return cast(Array, tau)
+                return least
         torques = self._torques(state, target)
         if before == "scaled":
             tau = self._scaled_again(torques)

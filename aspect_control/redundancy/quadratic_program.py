@@ -134,8 +134,8 @@ def minimum_known(
 @compiled(VECTOR, VECTOR, VECTOR)
 def _is_within(values: Array, lower: Array, upper: Array) -> bool:
     for i in range(len(values)):
-        nearest = min(max(values[i], lower[i]), upper[i])
-        if not abs(values[i] - nearest) <= ROUNDING * (1.0 + abs(nearest)):
+        lowest, highest = lower[i] - ROUNDING * (1.0 + abs(lower[i])), upper[i] + ROUNDING * (1.0 + abs(upper[i]))
+        if not lowest <= values[i] <= highest:
             return False
     return True
 

@@ -9,6 +9,7 @@ from PIL import Image
 from aspect_control.analysis import summarize
 from aspect_control.analysis import trajectory_a as paper
 from aspect_control.analysis.comparison import SCENARIOS, VARIANTS
+from aspect_control.benchmark.programs import FREE, HELD, SCALED, SEARCHED
 from aspect_control.resources import scenario_paths
 from aspect_control.scenario import load_scenario
 
@@ -174,8 +175,14 @@ def test_ratios_on_the_page_of_performance_are_the_measured_ones():
         ("Panda, xyz: rivals", "pseudoinverse", "takes {} times a tick of PlaCo's"),
     ):
         assert sentence.format(re.search(rf"^\| {group} \| {name} \| ([\d.]+) ", measured, re.MULTILINE)[1]) in words
-    osqp, daqp = (re.search(rf"\| qp, {solver} \| (\d+)", measured)[1] for solver in ("osqp", "daqp"))
-    assert f"{osqp} times the floor with OSQP and {daqp} with DAQP" in words
+    for group, ratios in (
+        (FREE, r"\| no limit in the way \| 251"),
+        (HELD, r"\| a torque limit binds, the task is kept \| 40"),
+        (SEARCHED, r"\| the same, with what is known of the last tick withheld \| 40"),
+        (SCALED, r"\| a torque limit binds, the task is scaled back \| 125"),
+    ):
+        found = [re.search(rf"^\| {group} \| {s} \| ([\d.]+) ", measured, re.MULTILINE)[1] for s in ("osqp", "daqp")]
+        assert list(re.search(ratios + r" \| ([\d.]+) \| ([\d.]+) \|", page).groups()) == found
     modified = re.search(r"^\| modified ≤ 1.3 × jmdc \| ([\d.]+)", measured, re.MULTILINE)[1]
     assert f"tick takes {modified} of JMDC's" in words
 

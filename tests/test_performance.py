@@ -12,6 +12,7 @@ from example_arms import example_arm
 
 from aspect_control import Target, controllers
 from aspect_control.benchmark import arms, literal
+from aspect_control.controllers.qp_solver import NO_LIMIT, SAME_LIMITS
 from aspect_control.redundancy import (
     minimum_torque,
     minor_measure_gradient,
@@ -194,6 +195,22 @@ def test_a_tick_makes_few_calls(panda, name, most):
     assert calls_of(lambda: law.torque(q, v, target)) <= most
 
 
+@pytest.mark.parametrize("solver", ["osqp", "daqp"])
+def test_a_tick_of_the_quadratic_program_makes_few_calls(panda, solver):
+    pytest.importorskip(solver)
+    # A state at which the joint of the largest torque can do with less.
+    q, v, target = next(random_states(panda, 6, seed=213))
+    least = np.abs(controllers.create("null-space-vector", panda).torque(q, v, target))
+    binding = 2.0 * least + 10.0
+    binding[np.argmax(least)] = 0.98 * least.max()
+    for limit, message in ((least + 1.0, NO_LIMIT), (binding, SAME_LIMITS)):
+        law = controllers.QPTorque(panda, solver=solver, torque_limit=limit)
+        law.reset(q, v, 1e-3)
+        law.torque(q, v, target)
+        assert calls_of(lambda law=law: law.torque(q, v, target)) <= 16
+        assert (law.status.outcome, law.status.message) == ("optimal", message)
+
+
 def test_a_literal_tick_makes_many_more_calls(panda):
     q, v, target = next(random_states(panda, 1, seed=213))
     equations = literal.LAWS["null-space-vector"][0]
@@ -304,6 +321,22 @@ def test_benchmark_has_a_row_a_law():
     found = {row.name: row for row in rows}
     assert found["jmdc, literal"].ratio > found["jmdc"].ratio
     assert all(each.met is None for each in verdicts([]))
+
+
+def test_benchmark_tells_ticks_apart_by_what_the_limits_do():
+    from aspect_control.benchmark.programs import FREE, HELD, SCALED, SEARCHED, programs
+    from aspect_control.benchmark.targets import verdicts
+
+    rows = programs(arms.panda(), 3)
+    assert {row.group for row in rows} == {FREE, HELD, SEARCHED, SCALED}
+    judged = [each for each in verdicts(rows) if each.measured is not None]
+    assert {each.target for each in judged} >= {
+        "qp, a torque limit binds: osqp ≤ 10 × floor",
+        "qp, no limit in the way: osqp ≤ 10 × floor",
+    }
+    # A wide margin, on purpose.
+    found = {(row.group, row.name): row.ratio for row in rows}
+    assert found[HELD, "osqp"] < found[HELD, "plain qpsolvers, osqp"]
 
 
 def test_bench_tells_at_once_that_a_python_has_no_placo(tmp_path):

@@ -14,7 +14,7 @@ from aspect_control import Arm, StraightLine, Target, controllers, simulate
 from aspect_control.analysis.metrics import aspect_preserved, total_variation
 from aspect_control.analysis.trajectory_a import Q0, TRAJECTORY
 from aspect_control.controllers.qp import QPTorque
-from aspect_control.controllers.qp_solver import Answer, KeptOSQP
+from aspect_control.controllers.qp_solver import NO_LIMIT, SAME_LIMITS, Answer, KeptOSQP
 from aspect_control.exceptions import (
     NonFiniteError,
     NotResetError,
@@ -364,10 +364,12 @@ def test_panda_within_the_limits_of_its_urdf(stability):
 # The kept workspace
 
 
-def test_workspace_is_set_up_once_a_shape(planar, monkeypatch):
+@pytest.fixture
+def osqp_calls(monkeypatch):
+    """Calls of OSQP's workspaces, counted by name."""
     import osqp
 
-    counts = {"setup": 0, "update": 0}
+    counts = {"setup": 0, "update": 0, "solve": 0}
     for name in counts:
         original = getattr(osqp.OSQP, name)
 
@@ -376,25 +378,65 @@ def test_workspace_is_set_up_once_a_shape(planar, monkeypatch):
             return original(self, *args, **kwargs)
 
         monkeypatch.setattr(osqp.OSQP, name, counted)
-    law = QPTorque(planar, torque_limit=1e7)
+    return counts
+
+
+def test_workspace_is_set_up_once_a_shape(planar, osqp_calls):
+    law = QPTorque(planar, torque_limit=30.0)
     law.reset(INSIDE, np.zeros(3), DT)
     for q, v, target in samples(planar, 100, seed=11):
         law.torque(q, v, target)
-    assert counts == {"setup": 1, "update": 99}
-    law = QPTorque(planar, torque_limit=30.0)
-    for q, v, target in samples(planar, 100, seed=11):
+    # Programs that keep the task and programs that scale it.
+    assert osqp_calls["setup"] == 2
+    assert osqp_calls["solve"] > 100
+    assert osqp_calls["update"] == osqp_calls["solve"] - 2
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_no_solver_is_called_where_no_limit_is_in_the_way(planar, solver, monkeypatch):
+    require(solver)
+    law = QPTorque(planar, solver=solver, torque_limit=1e7)
+    monkeypatch.setattr(law._solver, "search", raises)
+    for q, v, target in samples(planar, 50, seed=11):
         law.torque(q, v, target)
-    assert counts["setup"] == 1 + 2
+        assert (law.status.outcome, law.status.iterations) == ("optimal", 0)
+        assert law.status.message == NO_LIMIT
+
+
+@pytest.mark.parametrize("limits", LIMITS.values(), ids=LIMITS)
+@pytest.mark.parametrize("solver", ["osqp", "daqp"])
+def test_torque_does_not_depend_on_the_limits_of_the_sample_before(solver, limits):
+    require(solver)
+    arm = example_arm("panda")
+    kept, forgetful = QPTorque(arm, solver=solver, **limits), QPTorque(arm, solver=solver, **limits)
+    q, v, target = next(samples(arm, 1, seed=16))
+    counts = {"kept": 0, "searched": 0}
+    for i in range(60):
+        # Small steps, so that the limits that are reached change now and then.
+        state = q + 0.004 * i, v * np.cos(0.05 * i), target
+        forgetful._solver.forget()
+        tau = kept.torque(*state)
+        np.testing.assert_allclose(tau, forgetful.torque(*state), rtol=0, atol=1e-5 * (1.0 + np.abs(tau).max()))
+        assert kept.status.outcome == forgetful.status.outcome
+        assert kept.status.task_scale == pytest.approx(forgetful.status.task_scale, abs=1e-7)
+        counts["kept" if kept.status.message == SAME_LIMITS else "searched"] += 1
+        assert forgetful.status.message != SAME_LIMITS
+    assert min(counts.values()) > 0
 
 
 def test_no_sparse_conversion_after_the_first_tick(planar, monkeypatch):
     from aspect_control.controllers import qp_solver
 
-    law = QPTorque(planar, torque_limit=1e7)
-    law.torque(INSIDE, np.zeros(3), REST)
+    law = QPTorque(planar, torque_limit=30.0)
+    motions = list(samples(planar, 20, seed=11))
+    for each in motions[:10]:
+        law.torque(*each)
     monkeypatch.setattr(qp_solver, "_dense_pattern", None)
-    law.torque(INSIDE, np.ones(3), REST)
-    assert law.status.outcome == "optimal"
+    for each in motions[10:]:
+        law._solver._multipliers.clear()
+        law.torque(*each)
+        assert law.status.iterations
+        assert "TypeError" not in law.status.message
 
 
 def test_reset_makes_a_run_repeatable(planar):

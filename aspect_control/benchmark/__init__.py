@@ -11,7 +11,7 @@ from typing import Any
 from . import arms
 from .closed_loop import closed_loop
 from .pieces import arms_timed, pieces
-from .programs import programs
+from .programs import not_installed, programs
 from .rivals import rivals
 from .startup import startup
 from .targets import Verdict, verdicts
@@ -32,7 +32,7 @@ def benchmark(
         progress: Called with what is being timed and the part that is done, 0 to 1.
 
     Returns:
-        The rows, and the names of rivals that are not installed.
+        The rows, and the names of rivals and solvers that are not installed.
 
     Raises:
         ParameterError: If `placo_python` does not run PlaCo.
@@ -56,7 +56,7 @@ def benchmark(
         for i, (label, part) in enumerate(parts, start=1):
             progress(label, i / (len(parts) + 1))
             rows += part()
-    return rows + compared, missing
+    return rows + compared, missing + not_installed()
 
 
 def machine() -> dict[str, Any]:

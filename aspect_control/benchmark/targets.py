@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .literal import LAWS
+from .programs import FREE, HELD, SCALED, SEARCHED
 from .timing import Row
 
 TICK = "Panda, xyz: tick"
@@ -69,9 +70,11 @@ def verdicts(rows: list[Row]) -> list[Verdict]:
         Verdict("jmdc, 19 minors and gradient ≤ 3 × floor", 3.0, between(TICK, "jmdc", "floor")),
         Verdict("modified ≤ 1.3 × jmdc", 1.3, between(TICK, "modified-null-space-vector", "jmdc")),
         Verdict("1,140 minors and ∇H ≤ 20 × floor", 20.0, many.ratio if many else None),
-        Verdict("qp with limits, osqp ≤ 10 × floor", 10.0, between("Panda, xyz: qp", "qp, osqp", "floor")),
-        Verdict("qp with limits, daqp ≤ 5 × floor", 5.0, between("Panda, xyz: qp", "qp, daqp", "floor")),
     ]
+    for group in (FREE, HELD, SEARCHED, SCALED):
+        for solver, bound in (("osqp", 10.0), ("daqp", 5.0)):
+            what = f"{group.removeprefix('Panda, xyz: ')}: {solver} ≤ {bound:g} × floor"
+            result.append(Verdict(what, bound, between(group, solver, "floor")))
     for law in ("pseudoinverse", "null-space-vector", "jmdc"):
         row = found.get((loop + law, name))
         result.append(Verdict(f"sample of a run of {law} ≤ 3 × (tick + four ABA)", 3.0, row.ratio if row else None))

@@ -1,6 +1,6 @@
 """Times of calls that take turns, so that a change of the machine's speed meets all of them.
 
-Processor time of the one thread that is at work: the wall time of a machine that does nothing else.
+Wall time; the median of the rounds leaves out those in which the machine did something else.
 """
 
 from __future__ import annotations
@@ -93,19 +93,19 @@ def _endless(arguments: list[Any]) -> Iterator[Any]:
 
 
 def _time(call: Call, repeats: int) -> float:
-    begin = time.thread_time()
+    begin = time.perf_counter()
     for _ in range(repeats):
         measured = call()
-    elapsed = (time.thread_time() - begin) / repeats
+    elapsed = (time.perf_counter() - begin) / repeats
     return measured if type(measured) is float else elapsed
 
 
 def _repeats(call: Call) -> int:
     call()
-    begin = time.thread_time()
+    begin = time.perf_counter()
     if type(call()) is float:
         return 1
-    return max(1, min(1000, int(BATCH / max(time.thread_time() - begin, 1e-9))))
+    return max(1, min(1000, int(BATCH / max(time.perf_counter() - begin, 1e-9))))
 
 
 @contextmanager

@@ -5,20 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import eigenpy
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import Arm, ArmState
 from ..checks import positive
 from ..exceptions import NotResetError, UnknownNameError
-from ..redundancy import Array
-from ..redundancy.pseudoinverse import RANK_TOLERANCE
+from ..redundancy import Array, pseudoinverse_torque
+from ..redundancy.compiled import VECTOR, compiled
+from ..redundancy.feedback import TASK_SPACE, commanded_acceleration, require_finite
+from ..redundancy.open_torques import open_accelerations, open_torque, open_torques
+from ..redundancy.quadratic_program import evened, minimum_known, minimum_on_bounds, violations
 from ..trajectories import Target
 from .base import TaskSpaceController
 from .qp_limits import JointLimits
 from .qp_program import Rows, Torques
-from .qp_solver import find_solver
+from .qp_solver import NO_LIMIT, SAME_LIMITS, find_solver
 
 if TYPE_CHECKING:
     import qpsolvers
@@ -30,6 +32,53 @@ _AT_REST = 1e-12
 """Part of the joint speed below which self-motion is rounding."""
 
 
+@compiled(*TASK_SPACE, VECTOR)
+def _torques(
+    M: Array,
+    nle: Array,
+    J: Array,
+    drift: Array,
+    x: Array,
+    q: Array,
+    v: Array,
+    x_d: Array,
+    dx_d: Array,
+    ddx_d: Array,
+    kp: Array,
+    kv: Array,
+    torque_limit: Array,
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Return Q, c, d and the bounds of Q η + s c."""
+    b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
+    Q, c, d = open_torques(M, nle, J, b)
+    return Q, c, d, -torque_limit - d, torque_limit - d
+
+
+@compiled(*TASK_SPACE, VECTOR, VECTOR)
+def _as_before(
+    M: Array,
+    nle: Array,
+    J: Array,
+    drift: Array,
+    x: Array,
+    q: Array,
+    v: Array,
+    x_d: Array,
+    dx_d: Array,
+    ddx_d: Array,
+    kp: Array,
+    kv: Array,
+    torque_limit: Array,
+    multipliers: Array,
+) -> tuple[bool, bool, Array]:
+    """Return whether no limit, or those of some multipliers, give the least torque; whether any does; the torque."""
+    b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
+    Q, c, d = open_torques(M, nle, J, b)
+    r, least = Q.shape[1], c + d
+    known, eta, mu = minimum_known(np.ones(r), np.zeros(r), Q, -torque_limit - least, torque_limit - least, multipliers)
+    return known, bool(np.any(mu)), open_torque(Q, c, d, eta, 1.0, torque_limit) if known else least
+
+
 @dataclass(frozen=True, slots=True)
 class QPStatus:
     """How the torque of one tick came about.
@@ -38,14 +87,18 @@ class QPStatus:
         outcome: `"optimal"`: least torque, the task kept; `"scaled"`: least torque with the task acceleration scaled
             back; `"braking"`: no solution, the joints are braked.
         task_scale: s, the part of the task acceleration b that is kept, 0 to 1; 0 when braking.
-        message: The solver's own words; when braking, why.
-        iterations: Iterations of the solver, all its calls together, if it tells.
+        message: The solver's own words, or why none was called; when braking, why.
+        iterations: Iterations of the solver, all its calls together, if it tells; 0 if none was called.
     """
 
     outcome: str
     task_scale: float
     message: str
     iterations: int | None
+
+
+_FREE = QPStatus("optimal", 1.0, NO_LIMIT, 0)
+_HELD = QPStatus("optimal", 1.0, SAME_LIMITS, 0)
 
 
 class QPTorque(TaskSpaceController):
@@ -67,6 +120,8 @@ class QPTorque(TaskSpaceController):
     At every sample:
 
     1. The program is solved with s = 1: outcome `"optimal"`.
+       η = 0 and the minimum on the limits that held the last torque are looked at first. Where one of them is the
+       solution, which the conditions for the minimum tell, no solver is called, and `status` says so.
     2. If it has no solution: maximise s in [0, 1], and among the torques of that s take the least; both at once, by
        the linear cost −w s with a large w, which is exact: outcome `"scaled"`.
     3. If that fails as well, the task is given up and the arm is braked: outcome `"braking"`. Each joint is decelerated
@@ -94,6 +149,18 @@ class QPTorque(TaskSpaceController):
     """
 
     name = "qp"
+    is_compiled = True
+    compiled_text = (
+        _torques,
+        open_torque,
+        _as_before,
+        open_accelerations,
+        pseudoinverse_torque,
+        minimum_known,
+        minimum_on_bounds,
+        violations,
+        evened,
+    )
 
     def __init__(
         self,
@@ -138,6 +205,11 @@ class QPTorque(TaskSpaceController):
         if stability not in STABILITIES:
             raise UnknownNameError(stability, STABILITIES, kind="stability")
         self.stability = stability
+        self._torque_limit = np.full(arm.nv, np.inf) if self.limits.torque is None else self.limits.torque
+        self._shape = (arm.nv, arm.redundancy)
+        self._only_torque_limits = (
+            self.limits.torque is not None and not self.limits.bound_acceleration and stability == "none"
+        )
         self._solver = find_solver(solver)
         self.solver = solver
         self.status: QPStatus | None = None
@@ -160,6 +232,11 @@ class QPTorque(TaskSpaceController):
         self.status = None
         self._solver.forget()
 
+    def forget_limits_reached(self) -> None:
+        """Forget which limits the last torque reached: the next one takes a call of the solver, if a limit binds."""
+        self.status = None
+        self._solver.forget_multipliers()
+
     def problem(self, q: ArrayLike, v: ArrayLike, target: Target) -> qpsolvers.Problem:
         """Return the quadratic program of a sample as it would be solved with the task kept, s = 1.
 
@@ -181,7 +258,20 @@ class QPTorque(TaskSpaceController):
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m, and set `status`."""
+        before = self.status.outcome if self.status is not None else ""
+        if before == "optimal" and self._only_torque_limits:
+            least: Array
+            known, held, least = self._texts[2](
+                *self.terms(state, target), self._torque_limit, self._solver.multipliers(self._shape)
+            )
+            if known:
+                self.status = _HELD if held else _FREE
+                return least
         torques = self._torques(state, target)
+        if before == "scaled":
+            tau = self._scaled_again(torques)
+            if tau is not None:
+                return tau
         objections, iterations = [], 0
         for make_program in (torques.task_kept, torques.task_scaled):
             try:
@@ -195,45 +285,53 @@ class QPTorque(TaskSpaceController):
             if objection or answer.x is None:
                 objections.append(objection)
                 continue
-            tau, scale = torques.solution(answer.x)
             known = iterations if answer.iterations is not None else None
-            self.status = QPStatus("optimal" if scale == 1.0 else "scaled", scale, answer.message, known)
-            return self._within_torque_limit(tau)
+            return self._taken(torques, answer.x, answer.message, known)
         message = "no torque within the limits: " + "; ".join(objections)
         self.status = QPStatus("braking", 0.0, message, iterations or None)
-        return self._within_torque_limit(self._braking_torque(state))
+        return require_finite(np.clip(self._braking_torque(state), -self._torque_limit, self._torque_limit))
+
+    def _scaled_again(self, torques: Torques) -> Array | None:
+        """Return the torque if the task was scaled back at the last sample and is so again, by the same limits."""
+        program = torques.task_scaled()
+        answer = self._solver.known(program)
+        if answer is None or answer.x is None:
+            return None
+        if not torques.no_torque_keeps_the_task(program, answer.x, self._torque_limit):
+            return None
+        return self._taken(torques, answer.x, answer.message, answer.iterations)
+
+    def _taken(self, torques: Torques, x: Array, message: str, iterations: int | None) -> Array:
+        """Return τ of a solution, and set `status`."""
+        eta, scale = torques.solution(x)
+        tau: Array = self._texts[1](torques.Q, torques.c, torques.d, eta, scale, self._torque_limit)
+        self.status = QPStatus("optimal" if scale == 1.0 else "scaled", scale, message, iterations)
+        return tau
 
     def _torques(self, state: ArmState, target: Target) -> Torques:
         """Return the torques of the tasks s b and the limits in terms of them."""
-        M, nle, J, v = state.M, state.nle, state.J, state.v
-        m, n = J.shape
-        U, singular_values, Vt = np.linalg.svd(J)
-        kept = singular_values > RANK_TOLERANCE * singular_values[0]
-        b = self.commanded_acceleration(state, target)
-        J_pinv_b = Vt[:m][kept].T @ ((U.T @ b)[kept] / singular_values[kept])
-        Z = Vt[m:].T
-        Q = np.linalg.qr(M @ Z)[0]
-        c_tilde = M @ J_pinv_b
-        c, d = c_tilde - Q @ (Q.T @ c_tilde), nle - Q @ (Q.T @ nle)
-        solve_M = eigenpy.LLT(M).solve
-        M_inv_Q = solve_M(Q).reshape(Q.shape)
-        rows: list[Rows] = []
-        if self.limits.torque is not None:
-            rows.append(Rows(Q, c, -self.limits.torque - d, self.limits.torque - d))
-        if self.limits.bound_acceleration:
-            free = solve_M(d - nle)
-            slowest, fastest = self._acceleration_interval(state)
-            rows.append(Rows(M_inv_Q, solve_M(c), slowest - free, fastest - free).unit())
-        if self.stability != "none":
-            rows.append(self._stability_row(Z, v, Q, M_inv_Q, c_tilde, nle))
-        return Torques(Q, c, d, Rows.stack(rows, n - m))
+        Q, c, d, lower, upper = self._texts[0](*self.terms(state, target), self._torque_limit)
+        limits, rows = self.limits, []
+        if limits.torque is not None:
+            rows.append(Rows(Q, c, lower, upper))
+        if limits.bound_acceleration or self.stability != "none":
+            M_inv_Q, M_inv_c, free = open_accelerations(state.M, state.nle, Q, c, d)
+            if limits.bound_acceleration:
+                slowest, fastest = self._acceleration_interval(state)
+                rows.append(Rows(M_inv_Q, M_inv_c, slowest - free, fastest - free).unit())
+            if self.stability != "none":
+                rest, b = np.zeros(self.arm.nv), self.commanded_acceleration(state, target)
+                c_tilde = pseudoinverse_torque(state.M, rest, state.J, b)
+                rows.append(self._stability_row(state.v, Q, M_inv_Q, c_tilde, state.nle))
+        return Torques(Q, c, d, Rows.stack(rows, Q.shape[1]))
 
-    def _stability_row(self, Z: Array, v: Array, Q: Array, M_inv_Q: Array, c_tilde: Array, nle: Array) -> Rows:
+    def _stability_row(self, v: Array, Q: Array, M_inv_Q: Array, c_tilde: Array, nle: Array) -> Rows:
         """Return θ̇_H·θ̈_H ≤ 0 with θ̈_H = M⁻¹Q (η − Qᵀτ̃), τ̃ = s M J⁺b + N."""
         if self.stability == "dead-beat" and self._dt is None:
             raise NotResetError(
                 'qp with stability = "dead-beat" needs Δt: call reset(q, v, dt) before the first torque'
             )
+        Z = np.linalg.qr(M_inv_Q)[0]
         theta_dot_H = Z @ (Z.T @ v)
         speed = float(np.linalg.norm(theta_dot_H))
         row = M_inv_Q.T @ theta_dot_H
@@ -263,7 +361,3 @@ class QPTorque(TaskSpaceController):
         moving = push != 0.0
         part = min(1.0, float((room[moving] / np.abs(push[moving])).min(initial=1.0)))
         return gravity + part * push
-
-    def _within_torque_limit(self, tau: Array) -> Array:
-        limit = self.limits.torque
-        return tau if limit is None else np.clip(tau, -limit, limit)

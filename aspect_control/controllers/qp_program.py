@@ -2,15 +2,51 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
 from ..redundancy import Array
+from ..redundancy.compiled import MATRIX, VECTOR, compiled
 from .qp_solver import Program
 
 SCALE_WEIGHT = 1e4
 """How much more the task counts than the torque, when it must be scaled back; see `controllers.QPTorque`."""
+
+
+SCALE_CURVATURE = 1e-3
+"""Curvature of the cost in the scale, which makes it strictly convex."""
+
+
+@compiled(VECTOR)
+def _scale_unit(g: Array) -> float:
+    """Return what s is multiplied by to stand beside η in the rows, N m."""
+    unit = 1.0
+    for entry in g:
+        unit = max(unit, abs(entry))
+    return unit
+
+
+@compiled(MATRIX, VECTOR, VECTOR, VECTOR)
+def _task_scaled(A: Array, g: Array, lower: Array, upper: Array) -> tuple[Array, Array, Array, Array, Array]:
+    rows, r = A.shape
+    unit, largest = _scale_unit(g), 1.0
+    wide, below, above = np.zeros((rows + 1, r + 1)), np.zeros(rows + 1), np.zeros(rows + 1)
+    wide[:rows, :r], wide[:rows, r], wide[rows, r] = A, g / unit, 1.0
+    below[:rows], above[:rows], above[rows] = lower, upper, unit
+    for bounds in (lower, upper):
+        for bound in bounds:
+            if np.isfinite(bound):
+                largest = max(largest, abs(bound))
+    p, q = np.ones(r + 1), np.zeros(r + 1)
+    p[r], q[r] = SCALE_CURVATURE, -SCALE_WEIGHT * largest
+    return p, q, wide, below, above
+
+
+@cache
+def _plain_cost(size: int) -> tuple[Array, Array]:
+    return np.ones(size), np.zeros(size)
 
 
 class Rows(NamedTuple):
@@ -30,6 +66,8 @@ class Rows(NamedTuple):
     @staticmethod
     def stack(rows: list[Rows], columns: int) -> Rows:
         """Return all rows as one."""
+        if len(rows) == 1:
+            return rows[0]
         empty = Rows(np.zeros((0, columns)), *np.zeros((3, 0)))
         return Rows(*(np.concatenate(parts) for parts in zip(empty, *rows, strict=True)))
 
@@ -42,36 +80,38 @@ class Torques(NamedTuple):
     d: Array
     rows: Rows
 
-    @property
-    def scale_unit(self) -> float:
-        """What s is multiplied by to stand beside η in the rows, N m."""
-        return max(1.0, float(np.abs(self.rows.g).max(initial=0.0)))
-
     def task_kept(self) -> Program:
         """Minimise ½‖η‖² at s = 1."""
         A, g, lower, upper = self.rows
-        r = A.shape[1]
-        return Program(np.ones(r), np.zeros(r), A, lower - g, upper - g)
+        p, q = _plain_cost(A.shape[1])
+        return Program(p, q, A, lower - g, upper - g)
 
     def task_scaled(self) -> Program:
         """Minimise ½‖η‖² − w σ over η and σ, which is s in N m."""
-        A, g, lower, upper = self.rows
-        r, unit = A.shape[1], self.scale_unit
-        wide = np.block([[A, g[:, None] / unit], [np.zeros(r), 1.0]])
-        finite = np.abs(np.concatenate((lower, upper)))
-        weight = SCALE_WEIGHT * max(1.0, float(finite[np.isfinite(finite)].max(initial=0.0)))
-        return Program(
-            np.append(np.ones(r), 1e-3),
-            np.append(np.zeros(r), -weight),
-            wide,
-            np.append(lower, 0.0),
-            np.append(upper, unit),
-        )
+        return Program(*_task_scaled(*self.rows))
+
+    def no_torque_keeps_the_task(self, program: Program, x: Array, torque_limit: Array) -> bool:
+        """Return whether the solution of `task_scaled` tells that `task_kept` has none.
+
+        An η that kept the task would stand beside σ at its upper bound among the points of the scaled program. Its cost
+        is no less than that of the solution, which bounds what σ lacks by ½‖η‖² / w, and ‖η‖ ≤ ‖τ‖ ≤ ‖τ_max‖.
+
+        Args:
+            program: The scaled program.
+            x: Its solution.
+            torque_limit: τ_max, shape (n,), N m; infinite where there is none.
+        """
+        unit, weight = float(program.upper[-1]), -float(program.q[-1])
+        largest = 0.5 * float(torque_limit @ torque_limit)
+        lacking = unit - float(x[-1])
+        return lacking > 1e-6 * unit and lacking * (weight - SCALE_CURVATURE * unit) > largest
 
     def solution(self, x: Array) -> tuple[Array, float]:
-        """Return τ and s of a solution of one of the two."""
+        """Return η and s of a solution of one of the two."""
         r = self.Q.shape[1]
-        s = 1.0 if len(x) == r else min(max(float(x[r]) / self.scale_unit, 0.0), 1.0)
+        if len(x) == r:
+            return x, 1.0
+        s = min(max(float(x[r]) / _scale_unit(self.rows.g), 0.0), 1.0)
         if s > 1.0 - 1e-9:
             s = 1.0
-        return self.Q @ x[:r] + s * self.c + self.d, s
+        return x[:r], s

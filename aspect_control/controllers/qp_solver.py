@@ -10,6 +10,8 @@ import numpy as np
 
 from ..exceptions import UnknownNameError
 from ..redundancy import Array
+from ..redundancy.compiled import prepared
+from ..redundancy.quadratic_program import evened, minimum_known, minimum_on_bounds, violations
 
 if TYPE_CHECKING:
     import qpsolvers
@@ -28,6 +30,12 @@ OSQP_SETTINGS = {
 
 TOLERANCE = 1e-6
 """By how much a solution may miss a bound, the stationarity or the duality: part of its size, plus 1e-6."""
+
+NO_LIMIT = "no limit in the way, no solver called"
+"""Message where the minimum is within all bounds."""
+
+SAME_LIMITS = "held by the limits of the last solution, no solver called"
+"""Message where the bounds that were reached before give the minimum."""
 
 _NO_BOUND = 1e30
 _DAQP_INFEASIBLE = -1
@@ -60,7 +68,7 @@ class Program(NamedTuple):
         above, below = np.isfinite(self.upper), np.isfinite(self.lower)
         G = np.vstack((self.A[above], -self.A[below]))
         h = np.concatenate((self.upper[above], -self.lower[below]))
-        return qpsolvers.Problem(np.diag(self.p), self.q, *((G, h) if len(h) else (None, None)))
+        return qpsolvers.Problem(np.diag(self.p), self.q.copy(), *((G, h) if len(h) else (None, None)))
 
 
 class Answer(NamedTuple):
@@ -91,36 +99,70 @@ class Answer(NamedTuple):
         Args:
             program: The program.
         """
-        p, q, A, lower, upper = program if self.least else program._replace(p=np.zeros_like(program.p))
         x, mu = self.x, self.multipliers
         if x is None:
             return self.message
-        if x.shape != q.shape or mu.shape != upper.shape or not (np.isfinite(x).all() and np.isfinite(mu).all()):
+        if x.shape != program.q.shape or mu.shape != program.upper.shape:
+            return f"{self.message}, but its solution is not of this program"
+        p = program.p if self.least else np.zeros_like(program.p)
+        _, q, A, lower, upper = program
+        excess, stationarity, gap = violations(p, q, A, lower, upper, x, mu)
+        if excess <= TOLERANCE and stationarity <= TOLERANCE and gap <= TOLERANCE:
+            return ""
+        if not (np.isfinite(x).all() and np.isfinite(mu).all()):
             return f"{self.message}, but its solution is not finite"
-        values = A @ x
-        nearest = np.clip(values, lower, upper)
-        excess = np.abs(values - nearest) / (1.0 + np.abs(nearest))
-        if excess.max(initial=0.0) > TOLERANCE:
-            return f"{self.message}, but its solution breaks a limit by {excess.max():.1e}"
-        size = 1.0 + np.abs(p * x).max(initial=0.0) + np.abs(q).max(initial=0.0)
-        stationarity = np.abs(p * x + q + A.T @ mu).max(initial=0.0) / size
-        reached = np.abs(mu) > TOLERANCE * size
-        distance = values[reached] - np.where(mu > 0.0, upper, lower)[reached]
-        gap = float(np.abs(mu[reached] @ distance)) / (size * (1.0 + np.abs(x).max(initial=0.0)))
-        if not max(stationarity, gap) <= TOLERANCE:
-            return f"{self.message}, but its solution is not optimal: {stationarity:.1e}, {gap:.1e}"
-        return ""
+        if excess > TOLERANCE:
+            return f"{self.message}, but its solution breaks a limit by {excess:.1e}"
+        return f"{self.message}, but its solution is not optimal: {stationarity:.1e}, {gap:.1e}"
 
 
 class Solver(ABC):
-    """Solves programs, one after the other."""
+    """Solves programs, one after the other, and begins with the bounds that held the solution before.
+
+    Where no bound is in the way of the minimum, or the bounds that held the solution of the last program of the same
+    shape hold this one as well, the conditions for the minimum say so, and nothing is left to search for.
+    """
+
+    def __init__(self) -> None:
+        """Begin without a solution before."""
+        self._multipliers: dict[tuple[int, ...], Array] = {}
+        self._minimum_known = prepared(minimum_known)
+
+    def solve(self, program: Program) -> Answer:
+        """Return the solution that the last one leads to or else the solver's answer.
+
+        It may raise whatever the solver raises.
+        """
+        answer = self.known(program)
+        if answer is None:
+            answer = self.search(program)
+            if answer.x is not None and answer.least:
+                self._multipliers[program.A.shape] = answer.multipliers
+        return answer
+
+    def known(self, program: Program) -> Answer | None:
+        """Return the solution that the last one leads to, if it does."""
+        known, x, multipliers = self._minimum_known(*program, self.multipliers(program.A.shape))
+        return Answer(x, multipliers, SAME_LIMITS if multipliers.any() else NO_LIMIT, 0) if known else None
+
+    def multipliers(self, shape: tuple[int, ...]) -> Array:
+        """Return those of the last program with A of a shape that the solver was called for, shape (c,)."""
+        before = self._multipliers.get(shape)
+        if before is None:
+            before = self._multipliers[shape] = np.zeros(shape[0])
+        return before
 
     @abstractmethod
-    def solve(self, program: Program) -> Answer:
+    def search(self, program: Program) -> Answer:
         """Return the solver's answer; it may raise whatever the solver raises."""
 
-    def forget(self) -> None:  # noqa: B027
+    def forget(self) -> None:
         """Forget what is kept between calls, so that equal programs have equal answers."""
+        self.forget_multipliers()
+
+    def forget_multipliers(self) -> None:
+        """Forget which bounds were reached, but nothing of the solver's own."""
+        self._multipliers.clear()
 
 
 class KeptOSQP(Solver):
@@ -133,13 +175,16 @@ class KeptOSQP(Solver):
     """
 
     def __init__(self) -> None:
+        """Begin without a workspace."""
+        super().__init__()
         self._workspaces: dict[tuple[int, ...], Any] = {}
 
     def forget(self) -> None:
         """Drop the workspaces."""
+        super().forget()
         self._workspaces.clear()
 
-    def solve(self, program: Program) -> Answer:
+    def search(self, program: Program) -> Answer:
         """Return OSQP's answer."""
         answer = self._solve(program, _GENTLE * program.q)
         if answer.x is None and not answer.infeasible and program.q.any():
@@ -149,12 +194,7 @@ class KeptOSQP(Solver):
     def _solve(self, program: Program, q: Array) -> Answer:
         import osqp
 
-        coordinates, width = _coordinates(program)
-        P = coordinates.T @ (program.p[:, None] * coordinates)
-        q = coordinates.T @ q
-        size = max(float(np.abs(P).max()), float(np.abs(q).max()))
-        P, q, A = P / size, q / size, program.A @ coordinates / width[:, None]
-        lower, upper = program.lower / width, program.upper / width
+        P, q, A, lower, upper, coordinates, width, size = evened(program.p, q, *program[2:])
         workspace = self._workspaces.get(A.shape)
         if workspace is None:
             workspace = self._workspaces[A.shape] = osqp.OSQP()
@@ -172,6 +212,11 @@ class KeptOSQP(Solver):
             objection = answer.objection(program)
             return answer if not objection else Answer(None, multipliers, objection, iterations)
         infeasible = result.info.status_val == osqp.SolverStatus.OSQP_PRIMAL_INFEASIBLE
+        if not infeasible and not program.q.any() and np.isfinite(result.y).all():
+            # It may have found out which bounds are reached even so.
+            answer = _polished(program, np.array(result.y) * size / width, message, iterations)
+            if not answer.objection(program):
+                return answer
         return Answer(None, np.zeros(len(A)), message, iterations, infeasible)
 
     def _in_two_steps(self, program: Program, before: Answer) -> Answer:
@@ -196,13 +241,14 @@ class KeptOSQP(Solver):
         price, multipliers = max(-float(least.multipliers[-1]), 0.0), least.multipliers.copy()
         multipliers[-1] = max(multipliers[-1], 0.0)
         multipliers += (1.0 - price / weight) * at_vertex
-        return Answer(least.x, multipliers, message, iterations)
+        exact = _polished(program, multipliers, message, iterations)
+        return Answer(least.x, multipliers, message, iterations) if exact.objection(program) else exact
 
 
 class DAQP(Solver):
     """The dual active-set solver DAQP by its own call, which takes both bounds of a row as they are."""
 
-    def solve(self, program: Program) -> Answer:
+    def search(self, program: Program) -> Answer:
         """Return the solver's answer."""
         import daqp
 
@@ -224,9 +270,10 @@ class ThroughQpsolvers(Solver):
 
     def __init__(self, name: str) -> None:
         """Set the solver's name among `qpsolvers.available_solvers`."""
+        super().__init__()
         self.name = name
 
-    def solve(self, program: Program) -> Answer:
+    def search(self, program: Program) -> Answer:
         """Return the solver's answer."""
         import qpsolvers
 
@@ -244,32 +291,9 @@ class ThroughQpsolvers(Solver):
 
 def _polished(program: Program, multipliers: Array, message: str, iterations: int) -> Answer:
     """Return the minimum on the bounds that have a multiplier."""
-    p, q, A, lower, upper = program
     reached = np.abs(multipliers) > 1e-7 * np.abs(multipliers).max(initial=0.0)
-    bounds = np.where(multipliers > 0.0, upper, lower)[reached]
-    k, count = len(q), len(bounds)
-    conditions = np.block([[np.diag(p), A[reached].T], [A[reached], np.zeros((count, count))]])
-    solution = np.linalg.lstsq(conditions, np.concatenate((-q, bounds)), rcond=1e-13)[0]
-    exact = np.zeros(len(A))
-    exact[reached] = solution[k:]
-    return Answer(solution[:k], exact, message, iterations)
-
-
-def _coordinates(program: Program) -> tuple[Array, Array]:
-    """Return R and the widths w of the bounds such that diag(1/w) A R has orthonormal columns; x = R u."""
-    A, lower, upper = program.A, program.lower, program.upper
-    two_sided = np.isfinite(lower) & np.isfinite(upper)
-    if not two_sided.any():
-        return np.eye(A.shape[1]), np.ones(len(A))
-    half = (upper[two_sided] - lower[two_sided]) / 2.0
-    floor = 1e-6 * (1.0 + np.maximum(np.abs(upper[two_sided]), np.abs(lower[two_sided])))
-    half = np.maximum(half, floor)
-    width = np.full(len(A), np.median(half))
-    width[two_sided] = half
-    _, singular_values, Vt = np.linalg.svd(A / width[:, None], full_matrices=False)
-    if len(singular_values) < A.shape[1]:
-        return np.eye(A.shape[1]), width
-    return Vt.T / np.maximum(singular_values, 1e-6 * singular_values[0]), width
+    x, exact = minimum_on_bounds(*program, np.where(reached, multipliers, 0.0))
+    return Answer(x, exact, message, iterations)
 
 
 def _of_rows(program: Program, of_bounds: Array) -> Array:

@@ -43,11 +43,14 @@ def benchmark_report(
     """
     versions = ", ".join(f"{name} {number}" for name, number in machine["versions"].items())
     words = {True: "met", False: "**missed**", None: "not measured"}
+    counts = [len(row.seconds) for row in rows]
+    most, fewest = max(counts), min(counts)
     lines = [
         "# Cost, measured",
         "",
         f"{machine['processor']}, {machine['system']}, Python {machine['python']}; {versions}.",
-        f"Not installed: {', '.join(missing) or 'none'}. Ratios are medians over rounds in which the calls take turns.",
+        f"Not installed: {', '.join(missing) or 'none'}. Wall time; ratios are medians over "
+        f"{most} rounds ({fewest} for runs and starts) in which the calls take turns.",
         "",
         "| target | measured | |",
         "| --- | --- | --- |",

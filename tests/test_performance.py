@@ -1,6 +1,7 @@
 """Fast paths equal the literal equations, whatever the state and the memory layout; a tick makes few calls."""
 
 import json
+import os
 import subprocess
 import sys
 import warnings
@@ -348,3 +349,22 @@ def test_bench_tells_at_once_that_a_python_has_no_placo(tmp_path):
         assert result.returncode == 2
         assert "must be a Python that has PlaCo, got" in result.stderr
         assert "Traceback" not in result.stderr
+
+
+def test_a_law_whose_file_has_changed_does_not_meet_its_old_machine_code(tmp_path):
+    text = """
+from aspect_control.redundancy.feedback import task_space_law
+
+@task_space_law()
+def torque(M, nle, J, b, v):
+    return {factor} * nle
+"""
+    call = (
+        "import numpy as np, law; o = np.ones; print(*law.torque(np.eye(3), o(3), o((2, 3)), o(2), o(2), o(3), o(3), "
+        "o(2), o(2), o(2), np.eye(2), np.eye(2)))"
+    )
+    place = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "kept"), "PYTHONPATH": str(tmp_path)}
+    for factor in ("2.0", "3.0"):
+        (tmp_path / "law.py").write_text(text.format(factor=factor))
+        done = subprocess.run([sys.executable, "-c", call], env=place, capture_output=True, text=True, check=True)
+        assert done.stdout.split() == [factor] * 3

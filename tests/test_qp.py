@@ -14,7 +14,8 @@ from aspect_control import Arm, StraightLine, Target, controllers, simulate
 from aspect_control.analysis.metrics import aspect_preserved, total_variation
 from aspect_control.analysis.trajectory_a import Q0, TRAJECTORY
 from aspect_control.controllers.qp import QPTorque
-from aspect_control.controllers.qp_solver import NO_LIMIT, SAME_LIMITS, Answer, KeptOSQP
+from aspect_control.controllers.qp_osqp import KeptOSQP
+from aspect_control.controllers.qp_solver import NO_LIMIT, SAME_LIMITS, Answer
 from aspect_control.exceptions import (
     NonFiniteError,
     NotResetError,
@@ -425,13 +426,13 @@ def test_torque_does_not_depend_on_the_limits_of_the_sample_before(solver, limit
 
 
 def test_no_sparse_conversion_after_the_first_tick(planar, monkeypatch):
-    from aspect_control.controllers import qp_solver
+    from aspect_control.controllers import qp_osqp
 
     law = QPTorque(planar, torque_limit=30.0)
     motions = list(samples(planar, 20, seed=11))
     for each in motions[:10]:
         law.torque(*each)
-    monkeypatch.setattr(qp_solver, "_dense_pattern", None)
+    monkeypatch.setattr(qp_osqp, "_dense_pattern", None)
     for each in motions[10:]:
         law._solver._multipliers.clear()
         law.torque(*each)

@@ -152,8 +152,8 @@ def replay_runs(
     with LiveReplay(runs, speed=speed, host=host, port=port) as view:
         for note in view.notes:
             warnings.warn(note, DrawingWarning, stacklevel=1)
-        _say_where(view, port)
         try:
+            _say_where(view, port)
             view.wait_for_viewer()
             while True:
                 view.play()

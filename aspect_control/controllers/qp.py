@@ -12,15 +12,15 @@ from ..arm import Arm, ArmState
 from ..checks import positive
 from ..exceptions import NotResetError, UnknownNameError
 from ..redundancy import Array, pseudoinverse_torque
-from ..redundancy.compiled import VECTOR, compiled
-from ..redundancy.feedback import TASK_SPACE, commanded_acceleration, require_finite
-from ..redundancy.open_torques import open_accelerations, open_torque, open_torques
+from ..redundancy.feedback import require_finite
+from ..redundancy.open_torques import open_accelerations, open_torque
 from ..redundancy.quadratic_program import evened, minimum_known, minimum_on_bounds, violations
 from ..trajectories import Target
 from .base import TaskSpaceController
 from .qp_limits import JointLimits
 from .qp_program import Rows, Torques
 from .qp_solver import NO_LIMIT, SAME_LIMITS, find_solver
+from .qp_tick import torque_as_before, torques_and_bounds
 
 if TYPE_CHECKING:
     import qpsolvers
@@ -30,53 +30,6 @@ STABILITIES = ("none", "maciejewski", "dead-beat")
 
 _AT_REST = 1e-12
 """Part of the joint speed below which self-motion is rounding."""
-
-
-@compiled(*TASK_SPACE, VECTOR)
-def _torques(
-    M: Array,
-    nle: Array,
-    J: Array,
-    drift: Array,
-    x: Array,
-    q: Array,
-    v: Array,
-    x_d: Array,
-    dx_d: Array,
-    ddx_d: Array,
-    kp: Array,
-    kv: Array,
-    torque_limit: Array,
-) -> tuple[Array, Array, Array, Array, Array]:
-    """Return Q, c, d and the bounds of Q η + s c."""
-    b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
-    Q, c, d = open_torques(M, nle, J, b)
-    return Q, c, d, -torque_limit - d, torque_limit - d
-
-
-@compiled(*TASK_SPACE, VECTOR, VECTOR)
-def _as_before(
-    M: Array,
-    nle: Array,
-    J: Array,
-    drift: Array,
-    x: Array,
-    q: Array,
-    v: Array,
-    x_d: Array,
-    dx_d: Array,
-    ddx_d: Array,
-    kp: Array,
-    kv: Array,
-    torque_limit: Array,
-    multipliers: Array,
-) -> tuple[bool, bool, Array]:
-    """Return whether no limit, or those of some multipliers, give the least torque; whether any does; the torque."""
-    b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
-    Q, c, d = open_torques(M, nle, J, b)
-    r, least = Q.shape[1], c + d
-    known, eta, mu = minimum_known(np.ones(r), np.zeros(r), Q, -torque_limit - least, torque_limit - least, multipliers)
-    return known, bool(np.any(mu)), open_torque(Q, c, d, eta, 1.0, torque_limit) if known else least
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,9 +104,9 @@ class QPTorque(TaskSpaceController):
     name = "qp"
     is_compiled = True
     compiled_text = (
-        _torques,
+        torques_and_bounds,
         open_torque,
-        _as_before,
+        torque_as_before,
         open_accelerations,
         pseudoinverse_torque,
         minimum_known,

@@ -102,9 +102,10 @@ class Compiled:
         return self.dispatcher._numba_type_
 
     def __reduce__(self) -> tuple[type[str], tuple[str]]:
-        # What Numba tells kept machine code by, where a compiled function calls another that it was handed; the folder
-        # stands for its text.
-        return str, (f"{self._function.__module__}.{self._function.__qualname__}",)
+        # What Numba tells kept machine code by, where a compiled function calls another that it was handed: the name
+        # and the text of the file.
+        text = Path(self._function.__code__.co_filename).read_bytes()
+        return str, (f"{self._function.__module__}.{self._function.__qualname__} {hashlib.sha256(text).hexdigest()}",)
 
 
 def _converted(value: Any, argument: str) -> Any:

@@ -12,6 +12,9 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
+SCRIPTS = ("scene.js", "run_view.js", "page.js")
+"""What the page runs, in this order, as one script."""
+
 
 def build_page(title: str, commands: Sequence[bytes], data: dict[str, Any]) -> str:
     """Return a page that needs nothing but a browser: no network, no other file.
@@ -19,7 +22,7 @@ def build_page(title: str, commands: Sequence[bytes], data: dict[str, Any]) -> s
     Args:
         title: Title of the page.
         commands: Packed drawing commands of meshcat, in order.
-        data: What `page.js` shows beside them; see `scene_data`.
+        data: What the scripts show beside them; see `replay_scene` and `readings.run_data`.
     """
     packed = base64.b64encode(gzip.compress(b"".join(commands), mtime=0)).decode()
     parts = {
@@ -27,7 +30,7 @@ def build_page(title: str, commands: Sequence[bytes], data: dict[str, Any]) -> s
         "style": _part("page.css"),
         "data": _embedded({**data, "lengths": [len(command) for command in commands]}),
         "commands": packed,
-        "script": _part("page.js"),
+        "script": "\n".join(map(_part, SCRIPTS)),
         "meshcat": _meshcat(),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda place: parts[place[1]], _part("page.html"))

@@ -35,7 +35,7 @@ class Scene:
 
     Attributes:
         commands: Packed drawing commands of meshcat, in order.
-        data: What `page.js` needs, ready for JSON.
+        data: What the page needs, ready for JSON.
         notes: What could not be drawn as it should, one sentence each.
     """
 

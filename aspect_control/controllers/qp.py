@@ -19,7 +19,8 @@ from ..trajectories import Target
 from .base import TaskSpaceController
 from .qp_limits import JointLimits
 from .qp_program import Rows, Torques
-from .qp_solver import NO_LIMIT, SAME_LIMITS, find_solver
+from .qp_solver import NO_LIMIT, SAME_LIMITS
+from .qp_solvers import find_solver
 from .qp_tick import torque_as_before, torques_and_bounds
 
 if TYPE_CHECKING:

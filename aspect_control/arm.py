@@ -43,6 +43,7 @@ from .urdf import mimic_joints, parse_urdf, read_urdf
 
 _WORLD_ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 _WORLD = pin.Convention.WORLD
+_new_tuple = tuple.__new__
 
 BORDER_TOLERANCE = 1e-6
 """Part of its own scale up to which a minor counts as zero at the start of a motion."""
@@ -431,7 +432,7 @@ class Arm:
         if self.nv == 1:  # eigenpy hands a matrix of one column over as a vector
             M, J = M.reshape(1, 1), J.reshape(6, 1)
         # What a NamedTuple's own constructor does, in half the time.
-        self._last_state = state = tuple.__new__(ArmState, (q, v, M, nle, J[rows], drift, x))
+        self._last_state = state = _new_tuple(ArmState, (q, v, M, nle, J[rows], drift, x))
         return state
 
     def jacobian(self, q: ArrayLike) -> Array:

@@ -360,8 +360,8 @@ def torque(M, nle, J, b, v):
     return {factor} * nle
 """
     call = (
-        "import numpy as np, law; o = np.ones; print(*law.torque(np.eye(3), o(3), o((2, 3)), o(2), o(2), o(3), o(3), "
-        "o(2), o(2), o(2), np.eye(2), np.eye(2)))"
+        "import numpy as np, law; o, tau = np.ones, np.zeros(3); "
+        "law.torque(np.eye(3), o(3), o((2, 3)), o(2), o(2), o(3), o((3, 2)), o((2, 2, 2)), tau); print(*tau)"
     )
     place = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "kept"), "PYTHONPATH": str(tmp_path)}
     for factor in ("2.0", "3.0"):

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ..arm import Arm, ArmState
@@ -71,10 +70,9 @@ class Controller(ABC):
             )
         self._texts = tuple(map(prepared, self.compiled_text))
         self.arm = arm
-        self._no_rotation = np.zeros(arm.task_dim)
         self._has_rotation = arm.coordinates.has_rotation
-        self.kp = gain_matrix("kp", kp, gain_dim)
-        self.kv = gain_matrix("kv", kv, gain_dim)
+        self._gains = np.stack((gain_matrix("kp", kp, gain_dim), gain_matrix("kv", kv, gain_dim)))
+        self.kp, self.kv = self._gains
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -114,7 +112,7 @@ class Controller(ABC):
             NonFiniteError: If q or v is not finite, or the torque overflows.
             NotResetError: If the law has memory and `reset` was not called.
         """
-        if self.is_compiled and isinstance(target.x, pin.SE3) == self._has_rotation:
+        if self.is_compiled and target.is_pose == self._has_rotation:
             # Compiled text refuses what does not fit; only then it is worth the time to find out what was wrong.
             try:
                 return self.command(self.arm.unchecked_state(q, v), target)  # type: ignore[arg-type]
@@ -140,7 +138,7 @@ class Controller(ABC):
             ShapeError: If it has another number of coordinates, or a pose where positions are due or the reverse.
         """
         arm = self.arm
-        if target.dx.shape != (arm.task_dim,) or isinstance(target.x, pin.SE3) != arm.coordinates.has_rotation:
+        if target.dx.shape != (arm.task_dim,) or target.is_pose != arm.coordinates.has_rotation:
             expected = "a pin.SE3 as x and" if arm.coordinates.has_rotation else "an array as x and"
             given = f"{type(target.x).__name__} and {target.dx.shape[0]}"
             raise ShapeError(
@@ -181,13 +179,12 @@ class TaskSpaceController(Controller):
         """
         return commanded_acceleration(*self.terms(state, target)[2:])
 
-    def terms(self, state: ArmState, target: Target, *parameters: float) -> tuple[Any, ...]:
-        """Return the arguments of a task-space law in compiled text: `redundancy.feedback.TASK_SPACE`, parameters."""
-        q, v, M, nle, J, drift, x = state
-        x_d = target.x
+    def terms(self, state: ArmState, target: Target) -> tuple[Any, ...]:
+        """Return the arguments of a task-space law in compiled text: `redundancy.feedback.TASK_SPACE`."""
+        _, v, M, nle, J, drift, x = state
         if self._has_rotation:
-            x_d, x = self.arm.coordinates.error(x_d, x), self._no_rotation
-        return M, nle, J, drift, x, q, v, x_d, target.dx, target.ddx, self.kp, self.kv, *parameters
+            x = -self.arm.coordinates.error(target.x, x)
+        return M, nle, J, drift, x, v, target.rows, self._gains
 
 
 def _plain(gain: Array) -> float | list[float] | list[list[float]]:

@@ -8,15 +8,11 @@ from numpy.typing import ArrayLike
 
 from ..arm import Arm
 from ..checks import non_negative
-from .base import TaskSpaceController
+from .compiled_law import CompiledLaw
 
 
-class DampedController(TaskSpaceController):
-    """A task-space law with a rate at which the self-motion is damped.
-
-    Attributes:
-        damping: D, 1/s.
-    """
+class DampedController(CompiledLaw):
+    """A task-space law with a rate at which the self-motion is damped."""
 
     def __init__(self, arm: Arm, *, kp: ArrayLike = 100.0, kv: ArrayLike = 20.0, damping: float = 10.0) -> None:
         """Set the arm, the task-space gains and the damping.
@@ -34,7 +30,12 @@ class DampedController(TaskSpaceController):
             ParameterError: If a gain or the damping is negative.
         """
         super().__init__(arm, kp=kp, kv=kv)
-        self.damping = non_negative("damping", damping, "1/s")
+        self._parameter = (non_negative("damping", damping, "1/s"),)
+
+    @property
+    def damping(self) -> float:
+        """D, 1/s."""
+        return self._parameter[0]
 
     @property
     def parameters(self) -> dict[str, Any]:

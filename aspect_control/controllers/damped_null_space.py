@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from ..arm import ArmState
 from ..redundancy import Array, damped_torque
 from ..redundancy.compiled import NUMBER
 from ..redundancy.feedback import task_space_law
-from ..trajectories import Target
 from .damped import DampedController
 
 
@@ -26,10 +24,4 @@ class DampedNullSpace(DampedController):
     """
 
     name = "damped-null-space"
-    is_compiled = True
     compiled_text = (_torque,)
-
-    def command(self, state: ArmState, target: Target) -> Array:
-        """Return τ, shape (nv,), N m."""
-        tau: Array = self._texts[0](*self.terms(state, target, self.damping))
-        return tau

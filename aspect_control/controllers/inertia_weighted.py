@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from ..arm import ArmState
 from ..redundancy import Array, inertia_weighted_torque
 from ..redundancy.feedback import task_space_law
-from ..trajectories import Target
-from .base import TaskSpaceController
+from .compiled_law import CompiledLaw
 
 
 @task_space_law()
@@ -14,7 +12,7 @@ def _torque(M: Array, nle: Array, J: Array, b: Array, v: Array) -> Array:
     return inertia_weighted_torque(M, nle, J, b)
 
 
-class InertiaWeighted(TaskSpaceController):
+class InertiaWeighted(CompiledLaw):
     """τ = Jᵀ(J M⁻¹Jᵀ)⁻¹b + N: the task acceleration at the least θ̈ᵀMθ̈.
 
     The inertia-weighted pseudoinverse of J. M. Hollerbach and K. C. Suh, "Redundancy resolution of manipulators through
@@ -23,10 +21,4 @@ class InertiaWeighted(TaskSpaceController):
     """
 
     name = "inertia-weighted"
-    is_compiled = True
     compiled_text = (_torque,)
-
-    def command(self, state: ArmState, target: Target) -> Array:
-        """Return τ, shape (nv,), N m."""
-        tau: Array = self._texts[0](*self.terms(state, target))
-        return tau

@@ -7,13 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arm import Arm, ArmState
+from ..arm import Arm
 from ..exceptions import NotResetError, UnknownNameError
 from ..redundancy import Array, brake_torque, dead_beat_torque, switched_torque
 from ..redundancy.compiled import NUMBER, prepared
 from ..redundancy.feedback import task_space_law
-from ..trajectories import Target
-from .base import TaskSpaceController
+from .compiled_law import CompiledLaw
 
 
 @task_space_law(NUMBER)
@@ -35,7 +34,7 @@ SWITCHINGS = {"hard": _switched, "dead-beat": _dead_beat, "brake": _brake}
 """How the null-space term may be switched."""
 
 
-class ModifiedNullSpaceVector(TaskSpaceController):
+class ModifiedNullSpaceVector(CompiledLaw):
     """The null-space term switched by Maciejewski's condition, Eqs. (12)–(16) and Fig. 1.
 
     τ = τ̃                            if θ̇_H·θ̈_H ≥ 0, Eq. (13)
@@ -53,7 +52,6 @@ class ModifiedNullSpaceVector(TaskSpaceController):
     """
 
     name = "modified-null-space-vector"
-    is_compiled = True
     switches = True
 
     def __init__(self, arm: Arm, *, kp: ArrayLike = 100.0, kv: ArrayLike = 20.0, switching: str = "hard") -> None:
@@ -76,8 +74,9 @@ class ModifiedNullSpaceVector(TaskSpaceController):
         if switching not in SWITCHINGS:
             raise UnknownNameError(switching, SWITCHINGS, kind="switching")
         self.switching = switching
-        self._torque = prepared(SWITCHINGS[switching])
-        self._dt: float | None = None
+        # The law as printed does not use the sampling time.
+        self._law = prepared(SWITCHINGS[switching]) if switching == "hard" else self._refuse
+        self._parameter = (np.inf,)
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -86,18 +85,9 @@ class ModifiedNullSpaceVector(TaskSpaceController):
 
     def start(self, q: Array, v: Array, dt: float) -> None:
         """Keep the sampling time."""
-        self._dt = dt
+        self._law, self._parameter = prepared(SWITCHINGS[self.switching]), (dt,)
 
-    def command(self, state: ArmState, target: Target) -> Array:
-        """Return τ, shape (nv,), N m."""
-        tau: Array = self._torque(*self.terms(state, target, self._sampling_time()))
-        return tau
-
-    def _sampling_time(self) -> float:
-        if self._dt is not None:
-            return self._dt
-        if self.switching == "hard":
-            return np.inf
+    def _refuse(self, *_: object) -> None:
         raise NotResetError(
             f"{self.switching} switching needs the sampling time: call reset(q, v, dt) before the first torque"
         )

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from ..arm import ArmState
 from ..redundancy import Array, operational_space_torque
 from ..redundancy.compiled import NUMBER
 from ..redundancy.feedback import task_space_law
 from ..redundancy.products import times
-from ..trajectories import Target
 from .damped import DampedController
 
 
@@ -28,10 +26,4 @@ class OperationalSpace(DampedController):
     """
 
     name = "operational-space"
-    is_compiled = True
     compiled_text = (_torque,)
-
-    def command(self, state: ArmState, target: Target) -> Array:
-        """Return τ, shape (nv,), N m."""
-        tau: Array = self._texts[0](*self.terms(state, target, self.damping))
-        return tau

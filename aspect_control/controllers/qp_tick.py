@@ -6,7 +6,7 @@ import numpy as np
 
 from ..redundancy import Array
 from ..redundancy.compiled import VECTOR, compiled
-from ..redundancy.feedback import TASK_SPACE, commanded_acceleration
+from ..redundancy.feedback import TASK_SPACE, commanded_acceleration, require_finite
 from ..redundancy.open_torques import open_torque, open_torques
 from ..redundancy.quadratic_program import minimum_known
 
@@ -18,18 +18,15 @@ def torques_and_bounds(
     J: Array,
     drift: Array,
     x: Array,
-    q: Array,
     v: Array,
-    x_d: Array,
-    dx_d: Array,
-    ddx_d: Array,
-    kp: Array,
-    kv: Array,
+    desired: Array,
+    gains: Array,
     torque_limit: Array,
 ) -> tuple[Array, Array, Array, Array, Array]:
-    """Return Q, c, d and the bounds of Q η + s c."""
-    b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
+    """Return Q, c, d and the bounds of Q η + s c; refuse what is not finite."""
+    b = commanded_acceleration(J, drift, x, v, desired, gains)
     Q, c, d = open_torques(M, nle, J, b)
+    require_finite(c + d)
     return Q, c, d, -torque_limit - d, torque_limit - d
 
 
@@ -40,18 +37,14 @@ def torque_as_before(
     J: Array,
     drift: Array,
     x: Array,
-    q: Array,
     v: Array,
-    x_d: Array,
-    dx_d: Array,
-    ddx_d: Array,
-    kp: Array,
-    kv: Array,
+    desired: Array,
+    gains: Array,
     torque_limit: Array,
     multipliers: Array,
 ) -> tuple[bool, bool, Array]:
     """Return whether no limit, or those of some multipliers, give the least torque; whether any does; the torque."""
-    b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
+    b = commanded_acceleration(J, drift, x, v, desired, gains)
     Q, c, d = open_torques(M, nle, J, b)
     r, least = Q.shape[1], c + d
     known, eta, mu = minimum_known(np.ones(r), np.zeros(r), Q, -torque_limit - least, torque_limit - least, multipliers)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .array import Array
-from .compiled import MATRIX, compiled
+from .compiled import MATRIX, VECTOR, compiled
 
 
 @compiled(MATRIX)
@@ -35,36 +35,8 @@ def forward_substitution(L: Array, B: Array) -> Array:
     Returns:
         X, shape (k, n).
     """
-    if L.shape[0] != B.shape[1]:
-        raise ValueError("the shapes of a linear system do not fit")
     X = B.copy()
-    for x in X:
-        for i in range(len(x)):
-            for j in range(i):
-                x[i] -= L[i, j] * x[j]
-            x[i] /= L[i, i]
-    return X
-
-
-@compiled(MATRIX, MATRIX)
-def backward_substitution(L: Array, B: Array) -> Array:
-    """Return X with X L = B.
-
-    Args:
-        L: Lower triangular matrix, shape (n, n).
-        B: Right-hand sides, one a row, shape (k, n).
-
-    Returns:
-        X, shape (k, n).
-    """
-    if L.shape[0] != B.shape[1]:
-        raise ValueError("the shapes of a linear system do not fit")
-    X = B.copy()
-    for x in X:
-        for i in range(len(x) - 1, -1, -1):
-            x[i] /= L[i, i]
-            for j in range(i):
-                x[j] -= L[i, j] * x[i]
+    _substitute_forward(L, X)
     return X
 
 
@@ -79,4 +51,50 @@ def cholesky_solve(L: Array, B: Array) -> Array:
     Returns:
         X, shape (k, n).
     """
-    return backward_substitution(L, forward_substitution(L, B))
+    X = B.copy()
+    _substitute_forward(L, X)
+    _substitute_backward(L, X)
+    return X
+
+
+@compiled(MATRIX, VECTOR)
+def cholesky_solve_vector(L: Array, b: Array) -> Array:
+    """Return x = (L Lᵀ)⁻¹b, shape (n,), of L (n, n) and b (n,)."""
+    return cholesky_solve(L, b.reshape(1, -1))[0]
+
+
+@compiled(MATRIX)
+def cholesky_inverse(L: Array) -> Array:
+    """Return (L Lᵀ)⁻¹, shape (n, n), of L (n, n)."""
+    X = np.eye(len(L))
+    _substitute_forward(L, X)
+    _substitute_backward(L, X)
+    return X
+
+
+# One reciprocal for all right-hand sides, which are the inner loop: a division takes as long as several products.
+
+
+@compiled(MATRIX, MATRIX)
+def _substitute_forward(L: Array, X: Array) -> None:
+    """Turn X into X L⁻ᵀ."""
+    if L.shape[0] != X.shape[1]:
+        raise ValueError("the shapes of a linear system do not fit")
+    for i in range(X.shape[1]):
+        reciprocal = 1.0 / L[i, i]
+        for row in range(X.shape[0]):
+            rest = X[row, i]
+            for j in range(i):
+                rest -= L[i, j] * X[row, j]
+            X[row, i] = rest * reciprocal
+
+
+@compiled(MATRIX, MATRIX)
+def _substitute_backward(L: Array, X: Array) -> None:
+    """Turn X into X L⁻¹."""
+    for i in range(X.shape[1] - 1, -1, -1):
+        reciprocal = 1.0 / L[i, i]
+        for row in range(X.shape[0]):
+            X[row, i] *= reciprocal
+            for j in range(i):
+                X[row, j] -= L[i, j] * X[row, i]

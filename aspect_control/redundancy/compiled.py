@@ -25,6 +25,9 @@ MATRIX = "float64[:, ::1]"
 TENSOR = "float64[:, :, :]"
 """Type of a compiled function's argument: three indices, in any order."""
 
+STACK = "float64[:, :, ::1]"
+"""Type of a compiled function's argument: matrices of one shape, in C order when it arrives."""
+
 NUMBER = "float64"
 """Type of a compiled function's argument: a number."""
 

@@ -8,60 +8,48 @@ from typing import cast
 import numpy as np
 
 from .array import Array
-from .compiled import MATRIX, NUMBER, VECTOR, F, compiled
-from .products import times
-from .pseudoinverse import pseudoinverse
+from .compiled import MATRIX, NUMBER, STACK, VECTOR, F, compiled
+from .products import add_times, times
+from .pseudoinverse import least_norm_solution
 
-TASK_SPACE = (MATRIX, VECTOR, MATRIX, *(VECTOR,) * 7, MATRIX, MATRIX)
+TASK_SPACE = (MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, VECTOR, MATRIX, STACK)
 """Arguments of a task-space law: M, N, then those of `commanded_acceleration`."""
 
 
 @compiled(*TASK_SPACE[2:])
-def commanded_acceleration(
-    J: Array,
-    drift: Array,
-    x: Array,
-    q: Array,
-    v: Array,
-    x_d: Array,
-    dx_d: Array,
-    ddx_d: Array,
-    kp: Array,
-    kv: Array,
-) -> Array:
+def commanded_acceleration(J: Array, drift: Array, x: Array, v: Array, desired: Array, gains: Array) -> Array:
     """Return b = ẍ_d + K_v(ẋ_d − Jθ̇) + K_p(x_d − x) − J̇θ̇ of Eq. (5).
 
     Args:
         J: Jacobian, shape (m, n).
         drift: J̇θ̇, shape (m,), m/s² and rad/s².
-        x: Task value, shape (m,), m; for a task with rotations zero.
-        q: Joint configuration θ, which is only checked, shape (any,), rad.
+        x: Task value, shape (m,), m; for a task with rotations the displacement from the target, m and rad.
         v: Joint velocity θ̇, shape (n,), rad/s.
-        x_d: Desired task value, shape (m,), m; for a task with rotations the task error.
-        dx_d: Desired task velocity ẋ_d, shape (m,), m/s and rad/s.
-        ddx_d: Desired task acceleration ẍ_d, shape (m,), m/s² and rad/s².
-        kp: Position gain K_p, shape (m, m), 1/s².
-        kv: Velocity gain K_v, shape (m, m), 1/s.
+        desired: x_d, ẋ_d and ẍ_d, shape (3, m); for a task with rotations x_d is zero.
+        gains: K_p, 1/s², and K_v, 1/s, shape (2, m, m).
 
     Returns:
         b, shape (m,), m/s² and rad/s².
 
     Raises:
         ValueError: If the shapes do not fit.
-        FloatingPointError: If q or θ̇ is not finite.
     """
-    m = J.shape[0]
-    if not (len(x_d) == len(x) == len(dx_d) == len(ddx_d) == len(drift) == m):
+    m = len(J)
+    if not (desired.shape == (3, m) and len(x) == len(drift) == m):
         raise ValueError("the target and the task have different numbers of coordinates")
-    require_finite(q)
-    require_finite(v)
-    return ddx_d + times(kv, dx_d - times(J, v)) + times(kp, x_d - x) - drift
+    x_d, dx_d, ddx_d = desired[0], desired[1], desired[2]
+    kp, kv = gains[0], gains[1]
+    b = ddx_d - drift
+    add_times(b, kv, dx_d - times(J, v))
+    add_times(b, kp, x_d - x)
+    return b
 
 
 def task_space_law(*parameter: str) -> Callable[[F], F]:
     """Make a law of (M, N, J, b, θ̇), or of these and a parameter, one compiled function of `TASK_SPACE` and it.
 
-    Its b is that of `commanded_acceleration`; a torque that is not finite is refused.
+    Its b is that of `commanded_acceleration`. Its torque is written to the last argument but for the parameter, shape
+    (n,), which takes less time than an array that is handed out; one that is not finite is refused before.
 
     Args:
         *parameter: Type of the parameter, as for `compiled`, if there is one.
@@ -71,17 +59,15 @@ def task_space_law(*parameter: str) -> Callable[[F], F]:
         torque = compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, *parameter)(law)
 
         # Numba compiles no *parameters for types that are given beforehand.
-        def plain(M, nle, J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv):  # type: ignore[no-untyped-def]
-            b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
-            return require_finite(torque(M, nle, J, b, v))
+        def plain(M, nle, J, drift, x, v, desired, gains, tau):  # type: ignore[no-untyped-def]
+            b = commanded_acceleration(J, drift, x, v, desired, gains)
+            tau[:] = require_finite(torque(M, nle, J, b, v))
 
-        def with_parameter(  # type: ignore[no-untyped-def]
-            M, nle, J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv, parameter
-        ):
-            b = commanded_acceleration(J, drift, x, q, v, x_d, dx_d, ddx_d, kp, kv)
-            return require_finite(torque(M, nle, J, b, v, parameter))
+        def with_parameter(M, nle, J, drift, x, v, desired, gains, tau, parameter):  # type: ignore[no-untyped-def]
+            b = commanded_acceleration(J, drift, x, v, desired, gains)
+            tau[:] = require_finite(torque(M, nle, J, b, v, parameter))
 
-        return compiled(*TASK_SPACE, *parameter)(cast(F, with_parameter if parameter else plain))
+        return compiled(*TASK_SPACE, VECTOR, *parameter)(cast(F, with_parameter if parameter else plain))
 
     return decorate
 
@@ -135,4 +121,4 @@ def resolved_velocity(J: Array, dx: Array, kappa: float, gradient: Array) -> Arr
     Returns:
         θ̇, shape (n,), rad/s.
     """
-    return times(pseudoinverse(J), dx - kappa * times(J, gradient)) + kappa * gradient
+    return least_norm_solution(J, dx - kappa * times(J, gradient)) + kappa * gradient

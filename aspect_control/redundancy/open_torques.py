@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from .array import Array
-from .cholesky import cholesky, cholesky_solve
+from .cholesky import cholesky, cholesky_solve, cholesky_solve_vector
 from .compiled import MATRIX, NUMBER, VECTOR, compiled
 from .feedback import require_finite
 from .products import times, transpose_times
-from .pseudoinverse import pseudoinverse
+from .pseudoinverse import least_norm_solution
 
 
 @compiled(MATRIX, VECTOR, MATRIX, VECTOR)
@@ -35,7 +35,7 @@ def open_torques(M: Array, nle: Array, J: Array, b: Array) -> tuple[Array, Array
     wide = np.zeros((n, n))
     wide[:, :m] = A.T
     Q = np.ascontiguousarray(np.linalg.qr(wide)[0][:, m:])
-    return Q, _without(Q, times(M, times(pseudoinverse(J), b))), _without(Q, nle)
+    return Q, _without(Q, times(M, least_norm_solution(J, b))), _without(Q, nle)
 
 
 @compiled(MATRIX, VECTOR)
@@ -60,8 +60,8 @@ def open_accelerations(M: Array, nle: Array, Q: Array, c: Array, d: Array) -> tu
     """
     L = cholesky(M)
     M_inv_Q = np.ascontiguousarray(cholesky_solve(L, np.ascontiguousarray(Q.T)).T)
-    M_inv_c = cholesky_solve(L, c.reshape(1, -1))[0]
-    return M_inv_Q, M_inv_c, cholesky_solve(L, (d - nle).reshape(1, -1))[0]
+    M_inv_c = cholesky_solve_vector(L, c)
+    return M_inv_Q, M_inv_c, cholesky_solve_vector(L, d - nle)
 
 
 @compiled(MATRIX, VECTOR, VECTOR, VECTOR, NUMBER, VECTOR)

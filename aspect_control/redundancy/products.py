@@ -13,11 +13,23 @@ def times(A: Array, x: Array) -> Array:
     """Return A x, shape (m,), of A (m, n) and x (n,)."""
     if A.shape[1] != len(x):
         raise ValueError("the shapes of a product do not fit")
-    y = np.zeros(A.shape[0])
+    y = np.empty(A.shape[0])
+    for i in range(A.shape[0]):
+        entry = 0.0
+        for j in range(A.shape[1]):
+            entry += A[i, j] * x[j]
+        y[i] = entry
+    return y
+
+
+@compiled(VECTOR, MATRIX, VECTOR)
+def add_times(y: Array, A: Array, x: Array) -> None:
+    """Add A x to y, of A (m, n), x (n,) and y (m,)."""
+    if A.shape[0] != len(y) or A.shape[1] != len(x):
+        raise ValueError("the shapes of a product do not fit")
     for i in range(A.shape[0]):
         for j in range(A.shape[1]):
             y[i] += A[i, j] * x[j]
-    return y
 
 
 @compiled(MATRIX, MATRIX)
@@ -38,11 +50,13 @@ def product_with_transpose(A: Array, B: Array) -> Array:
     """Return A Bᵀ, shape (m, k), of A (m, n) and B (k, n)."""
     if A.shape[1] != B.shape[1]:
         raise ValueError("the shapes of a product do not fit")
-    C = np.zeros((A.shape[0], B.shape[0]))
+    C = np.empty((A.shape[0], B.shape[0]))
     for i in range(A.shape[0]):
         for k in range(B.shape[0]):
+            entry = 0.0
             for j in range(A.shape[1]):
-                C[i, k] += A[i, j] * B[k, j]
+                entry += A[i, j] * B[k, j]
+            C[i, k] = entry
     return C
 
 

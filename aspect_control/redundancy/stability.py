@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from .array import Array
-from .cholesky import cholesky, cholesky_solve
+from .cholesky import cholesky, cholesky_solve, cholesky_solve_vector
 from .compiled import MATRIX, NUMBER, VECTOR, compiled
 from .products import times
-from .pseudoinverse import pseudoinverse
+from .pseudoinverse import least_norm, least_norm_solution
 
 
 @compiled(MATRIX, VECTOR)
@@ -22,7 +22,7 @@ def homogeneous_velocity(J: Array, v: Array) -> Array:
     Returns:
         θ̇_H, shape (n,), rad/s.
     """
-    return v - times(pseudoinverse(J), times(J, v))
+    return v - least_norm_solution(J, times(J, v))
 
 
 @compiled(MATRIX, VECTOR, VECTOR)
@@ -39,19 +39,20 @@ def homogeneous_acceleration(M: Array, tau: Array, tau_tilde: Array) -> Array:
     Returns:
         θ̈_H, shape (n,), rad/s².
     """
-    difference = (tau - tau_tilde).reshape(1, -1)
-    return cholesky_solve(cholesky(M), difference)[0]
+    return cholesky_solve_vector(cholesky(M), tau - tau_tilde)
 
 
 @compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR)
 def _both_torques(M: Array, nle: Array, J: Array, b: Array, v: Array) -> tuple[Array, Array, Array, float]:
     """Return τ̃ of Eq. (7), the minimum torque of Eq. (11), θ̇_H of Eq. (15) and θ̇_H·θ̈_H of Eq. (12)."""
-    J_pinv, L = pseudoinverse(J), cholesky(M)
+    tasks = np.empty((2, len(b)))
+    tasks[0], tasks[1] = b, times(J, v)
+    joints = least_norm(J, tasks)
+    tau_tilde, theta_dot_H = times(M, joints[0]) + nle, v - joints[1]
+    L = cholesky(M)
     A = cholesky_solve(L, J)
-    tau_tilde = times(M, times(J_pinv, b)) + nle
-    tau_minimum = times(pseudoinverse(A), b + times(A, nle))
-    theta_dot_H = v - times(J_pinv, times(J, v))
-    theta_ddot_H = cholesky_solve(L, (tau_minimum - tau_tilde).reshape(1, -1))[0]
+    tau_minimum = least_norm_solution(A, b + times(A, nle))
+    theta_ddot_H = cholesky_solve_vector(L, tau_minimum - tau_tilde)
     return tau_tilde, tau_minimum, theta_dot_H, np.sum(theta_dot_H * theta_ddot_H)
 
 
@@ -134,7 +135,7 @@ def null_vector_derivative(J: Array, drift: Array) -> Array:
     Returns:
         z′ = dz/ds, shape (n,), 1/rad.
     """
-    derivative: Array = -pseudoinverse(J) @ drift
+    derivative: Array = -least_norm_solution(J, drift)
     return derivative
 
 

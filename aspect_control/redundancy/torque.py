@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from .array import Array
-from .cholesky import cholesky, cholesky_solve, forward_substitution
+from .cholesky import cholesky, cholesky_solve, cholesky_solve_vector, forward_substitution
 from .compiled import MATRIX, NUMBER, VECTOR, compiled
 from .products import times
-from .pseudoinverse import pseudoinverse
+from .pseudoinverse import least_norm_solution
 
 
 @compiled(MATRIX, VECTOR, MATRIX, VECTOR)
@@ -22,7 +22,7 @@ def pseudoinverse_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     Returns:
         τ̃, shape (n,), N m.
     """
-    return times(M, times(pseudoinverse(J), b)) + nle
+    return times(M, least_norm_solution(J, b)) + nle
 
 
 @compiled(MATRIX, VECTOR, MATRIX, VECTOR)
@@ -43,7 +43,7 @@ def minimum_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
         τ, shape (n,), N m.
     """
     A = cholesky_solve(cholesky(M), J)
-    return times(pseudoinverse(A), b + times(A, nle))
+    return least_norm_solution(A, b + times(A, nle))
 
 
 @compiled(MATRIX, VECTOR, MATRIX, VECTOR)
@@ -63,7 +63,7 @@ def inertia_weighted_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     """
     L = cholesky(M)
     W = forward_substitution(L, J)
-    return times(L, times(pseudoinverse(W), b)) + nle
+    return times(L, least_norm_solution(W, b)) + nle
 
 
 @compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR)
@@ -85,7 +85,7 @@ def operational_space_torque(M: Array, nle: Array, J: Array, b: Array, tau_0: Ar
     L = cholesky(M)
     W = forward_substitution(L, J)
     of_tau_0 = times(W, forward_substitution(L, tau_0.reshape(1, -1))[0])
-    return times(L, times(pseudoinverse(W), b - of_tau_0)) + tau_0 + nle
+    return times(L, least_norm_solution(W, b - of_tau_0)) + tau_0 + nle
 
 
 @compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, NUMBER)
@@ -103,7 +103,7 @@ def damped_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, damping: f
     Returns:
         τ, shape (n,), N m.
     """
-    return times(M, times(pseudoinverse(J), b + damping * times(J, v)) - damping * v) + nle
+    return times(M, least_norm_solution(J, b + damping * times(J, v)) - damping * v) + nle
 
 
 @compiled(MATRIX, VECTOR, MATRIX, VECTOR)
@@ -119,5 +119,4 @@ def task_acceleration(M: Array, nle: Array, J: Array, tau: Array) -> Array:
     Returns:
         b = ẍ − J̇θ̇, shape (m,).
     """
-    force = (tau - nle).reshape(1, -1)
-    return times(J, cholesky_solve(cholesky(M), force)[0])
+    return times(J, cholesky_solve_vector(cholesky(M), tau - nle))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+import numpy as np
 import pinocchio as pin
 
 from ..checks import finite_vector
@@ -21,6 +22,9 @@ class Target:
         dx: Desired velocity ẋ_d, shape (m,), m/s and rad/s; the rows of a frame's linear and angular velocity in the
             world frame.
         ddx: Desired acceleration ẍ_d, shape (m,), m/s² and rad/s²; the derivative of `dx`.
+        rows: The three in one array, shape (3, m), of which `dx`, `ddx` and an `x` that is no pose are the rows; zeros
+            in place of a pose.
+        is_pose: Whether `x` is a pose.
 
     Raises:
         ShapeError: If `dx` and `ddx`, and `x` where it is no pose, are not vectors of one length.
@@ -30,6 +34,8 @@ class Target:
     x: TaskValue
     dx: Array
     ddx: Array
+    rows: Array = field(init=False, repr=False)
+    is_pose: bool = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Check the three and turn them into copies: arrays, or a pose."""
@@ -41,6 +47,9 @@ class Target:
             *first, last = [name for name in vectors if not (pose and name == "target.x")]
             shapes = ", ".join(str(vectors[name].shape) for name in (*first, last))
             raise ShapeError(f"{', '.join(first)} and {last} must have one shape, got {shapes}")
-        object.__setattr__(self, "x", x)
-        object.__setattr__(self, "dx", dx)
-        object.__setattr__(self, "ddx", ddx)
+        rows = np.array((np.zeros(len(dx)) if pose else x, dx, ddx))
+        object.__setattr__(self, "rows", rows)
+        object.__setattr__(self, "is_pose", pose)
+        object.__setattr__(self, "x", x if pose else rows[0])
+        object.__setattr__(self, "dx", rows[1])
+        object.__setattr__(self, "ddx", rows[2])

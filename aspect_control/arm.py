@@ -130,6 +130,7 @@ class Arm:
         self._frame_id = require_frame(self.model, self.frame)
         self._rows = self.coordinates.selection
         self._zero = np.zeros(self.nv)
+        self._unknown = np.full(self.task_dim, np.nan)
         self._last_state: ArmState | None = None
         self._is_xyz = self.task == POSITION_AXES
         self._require_positive_inertia()
@@ -435,6 +436,25 @@ class Arm:
         self._last_state = state = _new_tuple(ArmState, (q, v, M, nle, J[rows], drift, x))
         return state
 
+    def unchecked_state_without_task(self, q: Array, v: Array) -> ArmState:
+        """Return `unchecked_state` with NaN for x and drift, which take half of its time.
+
+        For laws that resolve redundancy in velocities and ask for neither.
+
+        Args:
+            q: Joint configuration, shape (nq,), rad.
+            v: Joint velocity, shape (nv,), rad/s.
+        """
+        model, data = self.model, self._data
+        M = crba(model, data, q, _WORLD)
+        nle = nonLinearEffects(model, data, q, v)
+        J = getFrameJacobian(model, data, self._frame_id, _WORLD_ALIGNED)
+        if self.nv == 1:
+            M, J = M.reshape(1, 1), J.reshape(6, 1)
+        unknown = self._unknown
+        self._last_state = state = _new_tuple(ArmState, (q, v, M, nle, J[self._rows], unknown, unknown))
+        return state
+
     def jacobian(self, q: ArrayLike) -> Array:
         """Return the Jacobian J of the task coordinates, shape (m, nv), world frame.
 
@@ -497,7 +517,7 @@ class Arm:
             q: Joint configuration, shape (nq,), rad; an array that has not changed since.
         """
         state = self._last_state
-        if state is None or state.q is not q:
+        if state is None or state.q is not q or state.x is self._unknown:
             return self.task_position(q)
         return state.x if self.coordinates.has_rotation else state.x.copy()
 

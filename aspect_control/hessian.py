@@ -23,7 +23,7 @@ def frame_kinematic_hessian(model: Any, data: Any, frame_id: int) -> Array:
         frame_id: Index of the frame.
     """
     hessian: Array = getFrameKinematicHessian(model, data, frame_id, _WORLD_ALIGNED)
-    return hessian.reshape(hessian.shape[::-1]).transpose() if _is_column_major() else hessian
+    return hessian.reshape(hessian.shape[::-1]).T if _is_column_major() else hessian
 
 
 @lru_cache(maxsize=1)

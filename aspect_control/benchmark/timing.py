@@ -101,11 +101,13 @@ def _time(call: Call, repeats: int) -> float:
 
 
 def _repeats(call: Call) -> int:
-    call()
-    begin = time.perf_counter()
+    """Return how many calls take about `BATCH`, told by batches that double, for the first calls are slow."""
     if type(call()) is float:
         return 1
-    return max(1, min(1000, int(BATCH / max(time.perf_counter() - begin, 1e-9))))
+    repeats = 1
+    while repeats * (seconds := _time(call, repeats)) < BATCH / 2.0:
+        repeats *= 2
+    return max(1, round(BATCH / seconds))
 
 
 @contextmanager

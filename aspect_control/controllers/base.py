@@ -70,6 +70,7 @@ class Controller(ABC):
             )
         self._texts = tuple(map(prepared, self.compiled_text))
         self.arm = arm
+        self._state_at = arm.unchecked_state
         self._has_rotation = arm.coordinates.has_rotation
         self._gains = np.stack((gain_matrix("kp", kp, gain_dim), gain_matrix("kv", kv, gain_dim)))
         self.kp, self.kv = self._gains
@@ -115,7 +116,7 @@ class Controller(ABC):
         if self.is_compiled and target.is_pose == self._has_rotation:
             # Compiled text refuses what does not fit; only then it is worth the time to find out what was wrong.
             try:
-                return self.command(self.arm.unchecked_state(q, v), target)  # type: ignore[arg-type]
+                return self.command(self._state_at(q, v), target)  # type: ignore[arg-type]
             except Exception:  # noqa: S110
                 pass
         self.require_target(target)

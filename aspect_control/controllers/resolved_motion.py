@@ -14,34 +14,11 @@ from ..checks import non_negative
 from ..criteria import Criterion
 from ..exceptions import NotResetError
 from ..redundancy import Array
-from ..redundancy.compiled import MATRIX, NUMBER, VECTOR, compiled
-from ..redundancy.feedback import computed_torque, require_finite, resolved_velocity
+from ..redundancy.compiled import prepared
+from ..redundancy.gradients import given_gradient
+from ..redundancy.resolved_motion import resolved_motion_law
 from ..trajectories import Target
 from .base import Controller
-
-
-@compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, VECTOR, NUMBER, MATRIX, MATRIX, VECTOR, VECTOR, NUMBER, VECTOR)
-def _sample(
-    M: Array,
-    nle: Array,
-    J: Array,
-    v: Array,
-    v_d: Array,
-    v_d_before: Array,
-    dt: float,
-    kv: Array,
-    kp: Array,
-    error: Array,
-    dx_d: Array,
-    kappa: float,
-    gradient: Array,
-) -> tuple[Array, Array]:
-    """Return the torque of this sample and the joint velocity that the next one is to follow."""
-    require_finite(error)
-    require_finite(v)
-    require_finite(gradient)
-    tau = computed_torque(M, nle, v, v_d, v_d_before, dt, kv, kp, error)
-    return require_finite(tau), resolved_velocity(J, dx_d, kappa, gradient)
 
 
 class ResolvedMotion(Controller):
@@ -65,7 +42,6 @@ class ResolvedMotion(Controller):
 
     name = "resolved-motion"
     is_compiled = True
-    compiled_text = (_sample,)
 
     def __init__(
         self,
@@ -106,9 +82,15 @@ class ResolvedMotion(Controller):
             made = criteria.make(arm, criterion)
             self._specification = criteria.specification(made)
             self.criterion = made if self.kappa > 0.0 else None
-        self._no_gradient = np.zeros(arm.nv)
+        gradient = given_gradient if self.criterion is None else self.criterion.compiled_gradient
+        self._sample = prepared(resolved_motion_law(gradient))
+        if gradient is not given_gradient or self.criterion is None:
+            self._state_at = arm.unchecked_state_without_task
+        self._no_gradient = (np.zeros(arm.nv),)
         self._dt: float | None = None
-        self._q_d = self._v_d = self._v_d_before = np.zeros(0)
+        self._q_d = np.zeros(0)
+        self._memory = np.zeros((3, arm.nv))
+        self._displacement = self._memory[2]
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -118,7 +100,7 @@ class ResolvedMotion(Controller):
     def start(self, q: Array, v: Array, dt: float) -> None:
         """Set θ_d^0 = θ^0 and θ̇_d^0 = θ̇^0."""
         self._dt = dt
-        self._q_d, self._v_d, self._v_d_before = q, v, v
+        self._q_d, self._memory[:2] = q, v
         if self.criterion is not None:
             self.criterion.start(q)
 
@@ -126,13 +108,9 @@ class ResolvedMotion(Controller):
         """Return τ, shape (nv,), N m, and move the commanded joint motion on by one sample."""
         if self._dt is None:
             raise NotResetError(f"{self.name} has memory: call reset(q, v, dt) before the first torque(q, v, target)")
-        error = self.arm.difference(state.q, self._q_d)
-        gradient = self._no_gradient if self.criterion is None else self.criterion.gradient(state)
-        M, nle, J, v, dt = state.M, state.nle, state.J, state.v, self._dt
-        tau, v_d = self._texts[0](
-            M, nle, J, v, self._v_d, self._v_d_before, dt, self.kv, self.kp, error, target.dx, self.kappa, gradient
-        )
-        self._q_d = self.arm.integrate(self._q_d, self._v_d * self._dt)
-        self._v_d_before, self._v_d = self._v_d, v_d
-        torque: Array = tau
-        return torque
+        q, v, M, nle, J, _, _ = state
+        arguments = self._no_gradient if self.criterion is None else self.criterion.gradient_arguments(state)
+        error, tau = self.arm.difference(q, self._q_d), np.empty(self.arm.nv)
+        self._sample(M, nle, J, v, target.rows, self._gains, error, self._memory, self.kappa, self._dt, tau, arguments)
+        self._q_d = self.arm.integrate(self._q_d, self._displacement)
+        return tau

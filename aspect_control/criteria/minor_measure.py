@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 import numpy as np
 
 from ..arm import Arm, ArmState
 from ..exceptions import AspectBorderWarning
 from ..redundancy import Array, minor_measure
-from ..redundancy.compiled import prepared
 from ..redundancy.gradients import expanded_gradient, laplace_expansion
 from .criterion import Criterion
 
@@ -25,6 +25,7 @@ class MinorMeasure(Criterion):
     """
 
     name = "minor-measure"
+    compiled_gradient = expanded_gradient
 
     def __init__(self, arm: Arm) -> None:
         """Set the arm.
@@ -33,15 +34,14 @@ class MinorMeasure(Criterion):
             TooManyMinorsError: If the Jacobian has more minors than can be handled.
         """
         super().__init__(arm)
-        self._gradient = prepared(expanded_gradient)
         self.minor_columns = arm.minor_columns
-        self._terms = laplace_expansion(self.minor_columns)
+        self._expansion = laplace_expansion(self.minor_columns), len(self.minor_columns)
 
     def start(self, q: Array) -> None:
         """Leave out the minors that are zero at q, shape (nq,), rad, and report them."""
         on_border = self.arm.minors_on_border(q)
         self.minor_columns = np.delete(self.arm.minor_columns, on_border, axis=0)
-        self._terms = laplace_expansion(self.minor_columns)
+        self._expansion = laplace_expansion(self.minor_columns), len(self.minor_columns)
         if len(on_border) > 0:
             warnings.warn(
                 f"the motion starts on the border of an aspect: {len(on_border)} of {len(self.arm.minor_columns)} "
@@ -56,6 +56,8 @@ class MinorMeasure(Criterion):
 
     def gradient(self, state: ArmState) -> Array:
         """Return ∇H, shape (nv,), in the unit of H per rad; zero on the border."""
-        dJ = self.arm.jacobian_derivative_at(state)
-        gradient: Array = self._gradient(state.J, dJ, self._terms, len(self.minor_columns))
-        return gradient
+        return expanded_gradient(state.J, *self.gradient_arguments(state))
+
+    def gradient_arguments(self, state: ArmState) -> tuple[Any, ...]:
+        """Return ∂J/∂q, the terms of the minors and their number."""
+        return self.arm.jacobian_derivative_at(state), *self._expansion

@@ -72,13 +72,17 @@ def prepared(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 class Compiled:
-    """A function with its compiled version, which other compiled functions call directly."""
+    """A function with its compiled version, which other compiled functions call directly.
+
+    Attributes:
+        argument_types: Numba's names of the types of its arguments.
+    """
 
     def __init__(self, function: Callable[..., Any], arguments: tuple[str, ...]) -> None:
         """Keep a function and the types of its arguments."""
         update_wrapper(self, function)
         self._function = function
-        self._arguments = arguments
+        self.argument_types = arguments
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """Call the compiled function."""
@@ -88,14 +92,14 @@ class Compiled:
         try:
             return dispatcher(*arguments)
         except TypeError:
-            return dispatcher(*map(_converted, arguments, self._arguments))
+            return dispatcher(*map(_converted, arguments, self.argument_types))
 
     @cached_property
     def dispatcher(self) -> Any:
         """The compiled function of Numba."""
         import numba
 
-        types = f"({', '.join(self._arguments)},)"
+        types = f"({', '.join(self.argument_types)},)"
         with _cache_folder() as folder:
             compile_ = numba.njit(types, cache=folder is not None, error_model="numpy")
             return compile_(self._function)

@@ -1,4 +1,4 @@
-"""What feedback asks for: a task acceleration, or the torque of a joint acceleration."""
+"""What feedback asks for in task space, and the laws that are made of it."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from typing import cast
 import numpy as np
 
 from .array import Array
-from .compiled import MATRIX, NUMBER, STACK, VECTOR, F, compiled
+from .compiled import MATRIX, STACK, VECTOR, F, compiled
 from .products import add_times, times
-from .pseudoinverse import least_norm_solution
 
 TASK_SPACE = (MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, VECTOR, MATRIX, STACK)
 """Arguments of a task-space law: M, N, then those of `commanded_acceleration`."""
@@ -83,42 +82,3 @@ def require_finite(vector: Array) -> Array:
         if not np.isfinite(entry):
             raise FloatingPointError("not finite")
     return vector
-
-
-@compiled(MATRIX, VECTOR, VECTOR, VECTOR, VECTOR, NUMBER, MATRIX, MATRIX, VECTOR)
-def computed_torque(
-    M: Array, nle: Array, v: Array, v_d: Array, v_d_before: Array, dt: float, kv: Array, kp: Array, error: Array
-) -> Array:
-    """Return τ = M{θ̈_d + K_v(θ̇_d − θ̇) + K_p(θ_d − θ)} + N, Eq. (21), with θ̈_d = (θ̇_d^i − θ̇_d^{i−1}) / Δt, Eq. (20).
-
-    Args:
-        M: Joint-space inertia matrix, shape (n, n), kg m².
-        nle: Coriolis, centrifugal and gravity torques N, shape (n,), N m.
-        v: Joint velocity θ̇, shape (n,), rad/s.
-        v_d: Desired joint velocity θ̇_d, shape (n,), rad/s.
-        v_d_before: The one of the sample before, shape (n,), rad/s.
-        dt: Sampling time Δt, s.
-        kv: Velocity gain K_v, shape (n, n), 1/s.
-        kp: Position gain K_p, shape (n, n), 1/s².
-        error: θ_d − θ, shape (n,), rad.
-
-    Returns:
-        τ, shape (n,), N m.
-    """
-    return times(M, (v_d - v_d_before) / dt + times(kv, v_d - v) + times(kp, error)) + nle
-
-
-@compiled(MATRIX, VECTOR, NUMBER, VECTOR)
-def resolved_velocity(J: Array, dx: Array, kappa: float, gradient: Array) -> Array:
-    """Return θ̇ = J⁺ẋ + κ(I − J⁺J)∇H, Eqs. (2) and (17).
-
-    Args:
-        J: Jacobian, shape (m, n).
-        dx: Task velocity ẋ, shape (m,), m/s and rad/s.
-        kappa: κ, rad² per s and unit of H.
-        gradient: ∇H, shape (n,), unit of H per rad.
-
-    Returns:
-        θ̇, shape (n,), rad/s.
-    """
-    return least_norm_solution(J, dx - kappa * times(J, gradient)) + kappa * gradient

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .array import Array
-from .compiled import COUNT, INDICES, MATRIX, TENSOR, compiled
+from .compiled import COUNT, INDICES, MATRIX, TENSOR, VECTOR, compiled
 from .minors import BORDER, minor_columns
 from .pseudoinverse import pseudoinverse
 
@@ -104,24 +104,43 @@ def expanded_gradient(J: Array, dJ: Array, terms: NDArray[np.int64], count: int)
     if count == 0:
         return gradient
     rows, columns, smaller, minor, sign = terms[0], terms[1], terms[2], terms[3], terms[4]
-    delta, slope = np.zeros(minor[-1] + 1), np.zeros(minor[-1] + 1)
+    delta, slope, logarithm = np.zeros(minor[-1] + 1), np.zeros(minor[-1] + 1), 0.0
     delta[0] = 1.0
     for t in range(len(sign)):
         delta[minor[t]] += sign[t] * J[rows[t], columns[t]] * delta[smaller[t]]
-    values = delta[-count:]
-    longest = np.sqrt(np.max(np.sum(J**2, axis=0)))
-    if np.any(np.abs(values) <= BORDER * m * longest**m):
-        return gradient
-    slope[-count:] = 1.0 / values
+    border = BORDER * m * _longest_column(J) ** m
+    for i in range(len(delta) - count, len(delta)):
+        if abs(delta[i]) <= border:
+            return gradient
+        logarithm += np.log(abs(delta[i]))
+        slope[i] = 1.0 / delta[i]
     total = np.zeros((m, n))
     for t in range(len(sign) - 1, -1, -1):
-        total[rows[t], columns[t]] += sign[t] * delta[smaller[t]] * slope[minor[t]]
-        slope[smaller[t]] += sign[t] * J[rows[t], columns[t]] * slope[minor[t]]
+        slope_of_term = sign[t] * slope[minor[t]]
+        total[rows[t], columns[t]] += slope_of_term * delta[smaller[t]]
+        slope[smaller[t]] += slope_of_term * J[rows[t], columns[t]]
     for i in range(m):
         for j in range(n):
             for k in range(n):
                 gradient[k] += total[i, j] * dJ[i, j, k]
-    return np.exp(np.mean(np.log(np.abs(values)))) / count * gradient
+    return np.exp(logarithm / count) / count * gradient
+
+
+@compiled(MATRIX)
+def _longest_column(J: Array) -> float:
+    longest = 0.0
+    for j in range(J.shape[1]):
+        square = 0.0
+        for i in range(J.shape[0]):
+            square += J[i, j] ** 2
+        longest = max(longest, square)
+    return np.sqrt(longest)
+
+
+@compiled(MATRIX, VECTOR)
+def given_gradient(J: Array, gradient: Array) -> Array:
+    """Return a gradient, shape (n,), that was computed before."""
+    return gradient
 
 
 @compiled(MATRIX, TENSOR)

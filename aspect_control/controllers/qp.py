@@ -18,10 +18,10 @@ from ..redundancy.quadratic_program import evened, minimum_known, minimum_on_bou
 from ..trajectories import Target
 from .base import TaskSpaceController
 from .qp_limits import JointLimits
-from .qp_program import Rows, Torques
+from .qp_program import Rows, Torques, no_torque_keeps_the_task
 from .qp_solver import NO_LIMIT, SAME_LIMITS
 from .qp_solvers import find_solver
-from .qp_tick import torque_as_before, torques_and_bounds
+from .qp_tick import scaled_as_before, torque_as_before, torques_and_bounds
 
 if TYPE_CHECKING:
     import qpsolvers
@@ -106,8 +106,9 @@ class QPTorque(TaskSpaceController):
     is_compiled = True
     compiled_text = (
         torques_and_bounds,
-        open_torque,
         torque_as_before,
+        scaled_as_before,
+        open_torque,
         open_accelerations,
         pseudoinverse_torque,
         minimum_known,
@@ -160,7 +161,8 @@ class QPTorque(TaskSpaceController):
             raise UnknownNameError(stability, STABILITIES, kind="stability")
         self.stability = stability
         self._torque_limit = np.full(arm.nv, np.inf) if self.limits.torque is None else self.limits.torque
-        self._shape = (arm.nv, arm.redundancy)
+        self._torques_kept, self._buffer = Torques.in_buffer(arm.nv, arm.redundancy)
+        self._kept_shape, self._scaled_shape = (arm.nv, arm.redundancy), (arm.nv + 1, arm.redundancy + 1)
         self._only_torque_limits = (
             self.limits.torque is not None and not self.limits.bound_acceleration and stability == "none"
         )
@@ -212,25 +214,20 @@ class QPTorque(TaskSpaceController):
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m, and set `status`."""
-        before = self.status.outcome if self.status is not None else ""
-        if before == "optimal" and self._only_torque_limits:
-            least: Array
-            known, held, least = self._texts[2](
-                *self.terms(state, target), self._torque_limit, self._solver.multipliers(self._shape)
-            )
-            if known:
-                self.status = _HELD if held else _FREE
-                return least
-        torques = self._torques(state, target)
-        if before == "scaled":
-            tau = self._scaled_again(torques)
-            if tau is not None:
-                return tau
+        before, solve = self.status.outcome if self.status is not None else "", self._solver.solve
+        if self._only_torque_limits and before in ("optimal", "scaled"):
+            torques, tau = self._torques_kept, self._as_before(state, target, before)
+            solve = solve if before == "scaled" else self._solver.searched
+        else:
+            torques = self._torques(state, target)
+            tau = self._scaled_again(torques) if before == "scaled" else None
+        if tau is not None:
+            return tau
         objections, iterations = [], 0
-        for make_program in (torques.task_kept, torques.task_scaled):
+        for make_program, solved in ((torques.task_kept, solve), (torques.task_scaled, self._solver.solve)):
             try:
                 program = make_program()
-                answer = self._solver.solve(program)
+                answer = solved(program)
                 objection = answer.objection(program)
             except Exception as error:
                 objections.append(f"{self.solver}: {type(error).__name__}: {error}")
@@ -245,29 +242,48 @@ class QPTorque(TaskSpaceController):
         self.status = QPStatus("braking", 0.0, message, iterations or None)
         return require_finite(np.clip(self._braking_torque(state), -self._torque_limit, self._torque_limit))
 
+    def _as_before(self, state: ArmState, target: Target, before: str) -> Array | None:
+        """Return the torque if no limit or those that held the last one give it, and set `status`.
+
+        If not, `_torques_kept` holds what a solver is to choose from. For torque limits alone.
+        """
+        law, shape = (self._texts[2], self._scaled_shape) if before == "scaled" else (self._texts[1], self._kept_shape)
+        known, how, tau = law(
+            *self.terms(state, target), self._torque_limit, self._buffer, self._solver.multipliers(shape)
+        )
+        if not known:
+            return None
+        if before == "scaled":
+            self.status = QPStatus("scaled", how, SAME_LIMITS, 0)
+        else:
+            self.status = _HELD if how else _FREE
+        torque: Array = tau
+        return torque
+
     def _scaled_again(self, torques: Torques) -> Array | None:
         """Return the torque if the task was scaled back at the last sample and is so again, by the same limits."""
         program = torques.task_scaled()
         answer = self._solver.known(program)
         if answer is None or answer.x is None:
             return None
-        if not torques.no_torque_keeps_the_task(program, answer.x, self._torque_limit):
+        if not no_torque_keeps_the_task(program.q, program.upper, answer.x, self._torque_limit):
             return None
         return self._taken(torques, answer.x, answer.message, answer.iterations)
 
     def _taken(self, torques: Torques, x: Array, message: str, iterations: int | None) -> Array:
         """Return τ of a solution, and set `status`."""
         eta, scale = torques.solution(x)
-        tau: Array = self._texts[1](torques.Q, torques.c, torques.d, eta, scale, self._torque_limit)
+        tau: Array = self._texts[3](torques.Q, torques.c, torques.d, eta, scale, self._torque_limit)
         self.status = QPStatus("optimal" if scale == 1.0 else "scaled", scale, message, iterations)
         return tau
 
     def _torques(self, state: ArmState, target: Target) -> Torques:
         """Return the torques of the tasks s b and the limits in terms of them."""
-        Q, c, d, lower, upper = self._texts[0](*self.terms(state, target), self._torque_limit)
+        self._texts[0](*self.terms(state, target), self._torque_limit, self._buffer)
+        Q, c, d, of_torque_limits = self._torques_kept
         limits, rows = self.limits, []
         if limits.torque is not None:
-            rows.append(Rows(Q, c, lower, upper))
+            rows.append(of_torque_limits)
         if limits.bound_acceleration or self.stability != "none":
             M_inv_Q, M_inv_c, free = open_accelerations(state.M, state.nle, Q, c, d)
             if limits.bound_acceleration:

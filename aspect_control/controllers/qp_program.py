@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..redundancy import Array
-from ..redundancy.compiled import MATRIX, VECTOR, compiled
+from ..redundancy.compiled import MATRIX, NUMBER, VECTOR, compiled
 from .qp_solver import Program
 
 SCALE_WEIGHT = 1e4
@@ -29,7 +29,8 @@ def _scale_unit(g: Array) -> float:
 
 
 @compiled(MATRIX, VECTOR, VECTOR, VECTOR)
-def _task_scaled(A: Array, g: Array, lower: Array, upper: Array) -> tuple[Array, Array, Array, Array, Array]:
+def task_scaled(A: Array, g: Array, lower: Array, upper: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """Return p, q, A, lower and upper of `Torques.task_scaled`."""
     rows, r = A.shape
     unit, largest = _scale_unit(g), 1.0
     wide, below, above = np.zeros((rows + 1, r + 1)), np.zeros(rows + 1), np.zeros(rows + 1)
@@ -42,6 +43,32 @@ def _task_scaled(A: Array, g: Array, lower: Array, upper: Array) -> tuple[Array,
     p, q = np.ones(r + 1), np.zeros(r + 1)
     p[r], q[r] = SCALE_CURVATURE, -SCALE_WEIGHT * largest
     return p, q, wide, below, above
+
+
+@compiled(VECTOR, NUMBER)
+def scale_of(g: Array, sigma: float) -> float:
+    """Return s, the part of the task that is kept, of σ, which is s in N m."""
+    s = min(max(sigma / _scale_unit(g), 0.0), 1.0)
+    return 1.0 if s > 1.0 - 1e-9 else s
+
+
+@compiled(VECTOR, VECTOR, VECTOR, VECTOR)
+def no_torque_keeps_the_task(q: Array, upper: Array, x: Array, torque_limit: Array) -> bool:
+    """Return whether the solution of `Torques.task_scaled` tells that `Torques.task_kept` has none.
+
+    An η that kept the task would stand beside σ at its upper bound among the points of the scaled program. Its cost is
+    no less than that of the solution, which bounds what σ lacks by ½‖η‖² / w, and ‖η‖ ≤ ‖τ‖ ≤ ‖τ_max‖.
+
+    Args:
+        q: Linear cost of the scaled program.
+        upper: Its upper bounds.
+        x: Its solution.
+        torque_limit: τ_max, shape (n,), N m; infinite where there is none.
+    """
+    unit, weight = upper[-1], -q[-1]
+    largest = 0.5 * np.sum(torque_limit**2)
+    lacking = unit - x[-1]
+    return bool(lacking > 1e-6 * unit and lacking * (weight - SCALE_CURVATURE * unit) > largest)
 
 
 @cache
@@ -80,6 +107,13 @@ class Torques(NamedTuple):
     d: Array
     rows: Rows
 
+    @classmethod
+    def in_buffer(cls, n: int, r: int) -> tuple[Torques, Array]:
+        """Return torques of n joints that only the torque limits bound, and the buffer, one vector, that holds them."""
+        buffer = np.zeros(n * (r + 4))
+        Q, (c, d, lower, upper) = buffer[: n * r].reshape(n, r), buffer[n * r :].reshape(4, n)
+        return cls(Q, c, d, Rows(Q, c, lower, upper)), buffer
+
     def task_kept(self) -> Program:
         """Minimise ½‖η‖² at s = 1."""
         A, g, lower, upper = self.rows
@@ -88,30 +122,11 @@ class Torques(NamedTuple):
 
     def task_scaled(self) -> Program:
         """Minimise ½‖η‖² − w σ over η and σ, which is s in N m."""
-        return Program(*_task_scaled(*self.rows))
-
-    def no_torque_keeps_the_task(self, program: Program, x: Array, torque_limit: Array) -> bool:
-        """Return whether the solution of `task_scaled` tells that `task_kept` has none.
-
-        An η that kept the task would stand beside σ at its upper bound among the points of the scaled program. Its cost
-        is no less than that of the solution, which bounds what σ lacks by ½‖η‖² / w, and ‖η‖ ≤ ‖τ‖ ≤ ‖τ_max‖.
-
-        Args:
-            program: The scaled program.
-            x: Its solution.
-            torque_limit: τ_max, shape (n,), N m; infinite where there is none.
-        """
-        unit, weight = float(program.upper[-1]), -float(program.q[-1])
-        largest = 0.5 * float(torque_limit @ torque_limit)
-        lacking = unit - float(x[-1])
-        return lacking > 1e-6 * unit and lacking * (weight - SCALE_CURVATURE * unit) > largest
+        return Program(*task_scaled(*self.rows))
 
     def solution(self, x: Array) -> tuple[Array, float]:
         """Return η and s of a solution of one of the two."""
         r = self.Q.shape[1]
         if len(x) == r:
             return x, 1.0
-        s = min(max(float(x[r]) / _scale_unit(self.rows.g), 0.0), 1.0)
-        if s > 1.0 - 1e-9:
-            s = 1.0
-        return x[:r], s
+        return x[:r], scale_of(self.rows.g, float(x[r]))

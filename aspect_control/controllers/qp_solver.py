@@ -113,11 +113,13 @@ class Solver(ABC):
 
         It may raise whatever the solver raises.
         """
-        answer = self.known(program)
-        if answer is None:
-            answer = self.search(program)
-            if answer.x is not None and answer.least:
-                self._multipliers[program.A.shape] = answer.multipliers
+        return self.known(program) or self.searched(program)
+
+    def searched(self, program: Program) -> Answer:
+        """Return the solver's answer, and keep its multipliers; it may raise whatever the solver raises."""
+        answer = self.search(program)
+        if answer.x is not None and answer.least:
+            self._multipliers[program.A.shape] = answer.multipliers
         return answer
 
     def known(self, program: Program) -> Answer | None:

@@ -131,7 +131,7 @@ class Arm:
         self._rows = self.coordinates.selection
         self._zero = np.zeros(self.nv)
         self._unknown = np.full(self.task_dim, np.nan)
-        self._last_state: ArmState | None = None
+        self._last_state: tuple[Any, ...] | None = None
         self._is_xyz = self.task == POSITION_AXES
         self._require_positive_inertia()
 
@@ -354,6 +354,11 @@ class Arm:
         return np.array(self.model.jointPlacements[1].translation)
 
     @cached_property
+    def first_joint_in_task(self) -> list[float]:
+        """The same in the position coordinates of the task, m."""
+        return [float(self.first_joint[axis]) for axis in self.coordinates.position_axes]
+
+    @cached_property
     def reach(self) -> float:
         """Upper bound of the distance between the first joint and the task frame, m.
 
@@ -419,6 +424,17 @@ class Arm:
             q: Joint configuration, shape (nq,), rad.
             v: Joint velocity, shape (nv,), rad/s.
         """
+        # What a NamedTuple's own constructor does, in half the time.
+        self._last_state = state = _new_tuple(ArmState, self.unchecked_terms(q, v))
+        return state
+
+    def unchecked_terms(self, q: Array, v: Array) -> tuple[Any, ...]:
+        """Return `unchecked_state` as a plain tuple, for laws that only take it apart.
+
+        Args:
+            q: Joint configuration, shape (nq,), rad.
+            v: Joint velocity, shape (nv,), rad/s.
+        """
         model, data, frame, rows = self.model, self._data, self._frame_id, self._rows
         M = crba(model, data, q, _WORLD)
         nle = nonLinearEffects(model, data, q, v)
@@ -432,9 +448,8 @@ class Arm:
             x, drift = self.coordinates.value(pose), acceleration.vector[rows]
         if self.nv == 1:  # eigenpy hands a matrix of one column over as a vector
             M, J = M.reshape(1, 1), J.reshape(6, 1)
-        # What a NamedTuple's own constructor does, in half the time.
-        self._last_state = state = _new_tuple(ArmState, (q, v, M, nle, J[rows], drift, x))
-        return state
+        self._last_state = terms = (q, v, M, nle, J[rows], drift, x)
+        return terms
 
     def unchecked_state_without_task(self, q: Array, v: Array) -> ArmState:
         """Return `unchecked_state` with NaN for x and drift, which take half of its time.
@@ -516,10 +531,12 @@ class Arm:
         Args:
             q: Joint configuration, shape (nq,), rad; an array that has not changed since.
         """
-        state = self._last_state
-        if state is None or state.q is not q or state.x is self._unknown:
+        if self._last_state is None:
             return self.task_position(q)
-        return state.x if self.coordinates.has_rotation else state.x.copy()
+        q_last, *_, x_last = self._last_state
+        if q_last is not q or x_last is self._unknown:
+            return self.task_position(q)
+        return x_last if self.coordinates.has_rotation else x_last.copy()
 
     def skeleton(self, q: ArrayLike) -> Array:
         """Return where the joints and the task frame are, for drawing.

@@ -86,6 +86,11 @@ class Task:
         return [row for row, axis in enumerate(self.axes) if axis in POSITION_AXES]
 
     @cached_property
+    def position_axes(self) -> list[int]:
+        """Which of the axes x, y and z, counted from 0, those are."""
+        return [self.rows[row] for row in self.position_rows]
+
+    @cached_property
     def rotation_rows(self) -> list[int]:
         """Which of the task's own rows are rotations."""
         return [row for row, axis in enumerate(self.axes) if axis in ROTATION_AXES]

@@ -5,6 +5,7 @@ Wall time; the median of the rounds leaves out those in which the machine did so
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -17,6 +18,9 @@ from ..redundancy import Array
 
 BATCH = 1e-3
 """How long a call is repeated in one round, s."""
+
+WARM = 0.25
+"""Part of the repetitions that is not timed before each batch: the call before has taken up the caches."""
 
 Call = Callable[[], Any]
 
@@ -77,6 +81,8 @@ def in_turn(calls: Mapping[str, Call], rounds: int) -> dict[str, Array]:
     seconds: dict[str, list[float]] = {name: [] for name in calls}
     for _ in range(rounds):
         for name, call in calls.items():
+            if repeats[name] > 1:
+                _time(call, math.ceil(WARM * repeats[name]))
             seconds[name].append(_time(call, repeats[name]))
     return {name: np.array(values) for name, values in seconds.items()}
 

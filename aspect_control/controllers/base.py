@@ -70,7 +70,7 @@ class Controller(ABC):
             )
         self._texts = tuple(map(prepared, self.compiled_text))
         self.arm = arm
-        self._state_at = arm.unchecked_state
+        self._state_at: Callable[[Array, Array], Any] = arm.unchecked_state
         self._has_rotation = arm.coordinates.has_rotation
         self._gains = np.stack((gain_matrix("kp", kp, gain_dim), gain_matrix("kv", kv, gain_dim)))
         self.kp, self.kv = self._gains

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,9 +28,10 @@ class CompiledLaw(TaskSpaceController):
         super().__init__(arm, kp=kp, kv=kv)
         if self._texts:
             (self._law,) = self._texts
+        self._state_at = arm.unchecked_terms
         self._parameter: tuple[float, ...] = ()
 
-    def command(self, state: ArmState, target: Target) -> Array:
+    def command(self, state: ArmState | tuple[Any, ...], target: Target) -> Array:
         """Return τ, shape (nv,), N m."""
         # `terms` in place: a call of its own would be the fiftieth part of the tick.
         _, v, M, nle, J, drift, x = state

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from math import dist, hypot
+from math import dist
 from typing import NamedTuple
 
 import numpy as np
@@ -93,9 +93,8 @@ class WorkspaceLeft(Event):
     def check(self, moment: Moment) -> str | None:
         """Return why the run ends, or None."""
         arm, coordinates = moment.arm, moment.arm.coordinates
-        axes = [coordinates.rows[row] for row in coordinates.position_rows]
-        x = moment.target.x.translation[axes] if coordinates.has_rotation else moment.target.x
-        distance = dist(x.tolist(), arm.first_joint[axes].tolist())
+        x = moment.target.x.translation[coordinates.position_axes] if coordinates.has_rotation else moment.target.x
+        distance = dist(x.tolist(), arm.first_joint_in_task)
         if distance <= arm.reach * (1.0 + 1e-9):
             return None
         return (
@@ -122,9 +121,11 @@ class TrackingLost(Event):
 
     def check(self, moment: Moment) -> str | None:
         """Return why the run ends, or None."""
-        arm = moment.arm
-        error = arm.coordinates.error(moment.target.x, moment.x).tolist()
-        distance = hypot(*(error[row] for row in arm.coordinates.position_rows))
+        arm, x_d, x = moment.arm, moment.target.x, moment.x
+        if arm.coordinates.has_rotation:
+            axes = arm.coordinates.position_axes
+            x_d, x = x_d.translation[axes], x.translation[axes]
+        distance = dist(x_d.tolist(), x.tolist())
         if distance <= self.distance:
             return None
         return (

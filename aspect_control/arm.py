@@ -1,4 +1,4 @@
-"""An arm and what a torque law needs to know of it at one state."""
+"""An arm, from a URDF or a Pinocchio model, and the minors of its task."""
 
 from __future__ import annotations
 
@@ -7,43 +7,23 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
-from pinocchio import (
-    computeJointKinematicHessians,
-    crba,
-    forwardKinematics,
-    getFrameClassicalAcceleration,
-    getFrameJacobian,
-    nonLinearEffects,
-    updateFramePlacement,
-)
 
-from .chain import (
-    NO_LIMIT,
-    is_prismatic,
-    joint_position,
-    joints_to_lock,
-    position_limits,
-    reduce_model,
-    require_frame,
-    unit_hint,
-)
+from .arm_state import ArmState
+from .chain import joints_to_lock, reduce_model
 from .chain_record import record_chain
-from .checks import finite_vector
 from .description import ArmDescription
-from .exceptions import ModelError, ParameterError, TooManyMinorsError
-from .hessian import frame_kinematic_hessian
+from .exceptions import ModelError, TooManyMinorsError
 from .redundancy import MAX_MINORS, Array, minors, structural_minor_columns
-from .tasks import POSITION_AXES, Task, TaskValue
+from .task_chain import TaskChain
+from .tasks import Task
 from .urdf import mimic_joints, parse_urdf, read_urdf
 
-_WORLD_ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-_WORLD = pin.Convention.WORLD
-_new_tuple = tuple.__new__
+__all__ = ["BORDER_TOLERANCE", "Arm", "ArmState"]
 
 BORDER_TOLERANCE = 1e-6
 """Part of its own scale up to which a minor counts as zero at the start of a motion."""
@@ -52,37 +32,7 @@ _SAMPLED_POSTURES = 32
 """Random postures in which a minor must vanish to count as structurally zero."""
 
 
-class ArmState(NamedTuple):
-    """Everything that a torque law needs at (q, v). Arrays belong to the state and do not change.
-
-    Rows of J, drift and dx are the task coordinates: positions in m, rotations in rad, world frame.
-
-    Attributes:
-        q: Joint configuration θ, shape (nq,), rad (m for prismatic joints, cosine and sine for continuous ones).
-        v: Joint velocity θ̇, shape (nv,), rad/s.
-        M: Joint-space inertia matrix M(θ), shape (nv, nv), kg m².
-        nle: Coriolis, centrifugal and gravity torques N(θ, θ̇), shape (nv,), N m.
-        J: Jacobian of the task coordinates, shape (m, nv).
-        drift: J̇θ̇, the task acceleration at θ̈ = 0, shape (m,), m/s² and rad/s².
-        x: Task value: shape (m,), m, for a task of positions; a `pin.SE3` for one with rotations.
-    """
-
-    q: Array
-    v: Array
-    M: Array
-    nle: Array
-    J: Array
-    drift: Array
-    x: TaskValue
-
-    @property
-    def dx(self) -> Array:
-        """Task velocity ẋ = Jθ̇, shape (m,), m/s and rad/s."""
-        velocity: Array = self.J @ self.v
-        return velocity
-
-
-class Arm:
+class Arm(TaskChain):
     """A chain of joints on Pinocchio and the task coordinates of one of its frames.
 
     An arm computes in buffers of its own and must not be shared between threads.
@@ -115,25 +65,10 @@ class Arm:
             ModelError: If no joint moves the frame, or a joint moves no mass.
         """
         locked, q = joints_to_lock(model, description.frame, description.locked, passive)
-        self.model = reduce_model(model, locked, q)
-        self.model.gravity.linear = np.array(description.gravity)
+        reduced = reduce_model(model, locked, q)
+        reduced.gravity.linear = np.array(description.gravity)
+        super().__init__(reduced, description.frame, Task(description.task))
         self.description = description
-        self.coordinates = Task(description.task)
-        self.name: str = model.name
-        self.frame = description.frame
-        self.task = self.coordinates.axes
-        self.nq: int = self.model.nq
-        self.nv: int = self.model.nv
-        self.task_dim = self.coordinates.dim
-        self.redundancy = self.nv - self.task_dim
-        self._data = self.model.createData()
-        self._frame_id = require_frame(self.model, self.frame)
-        self._rows = self.coordinates.selection
-        self._zero = np.zeros(self.nv)
-        self._unknown = np.full(self.task_dim, np.nan)
-        self._last_state: tuple[Any, ...] | None = None
-        self._is_xyz = self.task == POSITION_AXES
-        self._require_positive_inertia()
 
     @classmethod
     def from_urdf(
@@ -290,31 +225,6 @@ class Arm:
         return np.array(self.model.gravity.linear)
 
     @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints, from the base."""
-        return tuple(self.model.names)[1:]
-
-    @cached_property
-    def prismatic(self) -> NDArray[np.bool_]:
-        """Which joints slide, shape (nv,)."""
-        return np.array([is_prismatic(self.model, joint) for joint in range(1, self.model.njoints)])
-
-    @cached_property
-    def position_limits(self) -> tuple[Array, Array]:
-        """Lower and upper limits of the joint positions, shapes (nv,), rad; infinite where the model has none."""
-        return position_limits(self.model)
-
-    @cached_property
-    def torque_limit(self) -> Array:
-        """Largest |τ| of each joint, shape (nv,), N m; infinite where the model has none."""
-        return _limit(self.model.effortLimit)
-
-    @cached_property
-    def velocity_limit(self) -> Array:
-        """Largest |θ̇| of each joint, shape (nv,), rad/s; infinite where the model has none."""
-        return _limit(self.model.velocityLimit)
-
-    @property
     def minor_columns(self) -> NDArray[np.intp]:
         """Columns of the minors that are not structurally zero, shape (p, m).
 
@@ -395,293 +305,3 @@ class Arm:
     def __repr__(self) -> str:
         """Name the arm, its task and its size."""
         return f"Arm({self.name!r}, frame={self.frame!r}, task={self.task}, nv={self.nv}, task_dim={self.task_dim})"
-
-    def state(self, q: ArrayLike, v: ArrayLike) -> ArmState:
-        """Compute everything that a torque law needs at (q, v).
-
-        M by the composite rigid body algorithm, N by recursive Newton-Euler at θ̈ = 0, J̇θ̇ as the frame's
-        classical acceleration at θ̈ = 0.
-
-        Args:
-            q: Joint configuration, shape (nq,), rad.
-            v: Joint velocity, shape (nv,), rad/s.
-
-        Raises:
-            ShapeError: If q or v has the wrong shape.
-            NonFiniteError: If q or v holds NaN or infinity.
-            ParameterError: If the cosine and sine of a continuous joint have not length 1.
-        """
-        state = self.unchecked_state(self.checked_configuration(q), finite_vector("v", v, self.nv))
-        self._last_state = state = state._replace(x=state.x.copy())
-        return state
-
-    def unchecked_state(self, q: Array, v: Array) -> ArmState:
-        """Return the state at (q, v) for a moment: q and v are kept as they are, and x only until the next call.
-
-        For laws whose own text checks what they take.
-
-        Args:
-            q: Joint configuration, shape (nq,), rad.
-            v: Joint velocity, shape (nv,), rad/s.
-        """
-        # What a NamedTuple's own constructor does, in half the time.
-        self._last_state = state = _new_tuple(ArmState, self.unchecked_terms(q, v))
-        return state
-
-    def unchecked_terms(self, q: Array, v: Array) -> tuple[Any, ...]:
-        """Return `unchecked_state` as a plain tuple, for laws that only take it apart.
-
-        Args:
-            q: Joint configuration, shape (nq,), rad.
-            v: Joint velocity, shape (nv,), rad/s.
-        """
-        model, data, frame, rows = self.model, self._data, self._frame_id, self._rows
-        M = crba(model, data, q, _WORLD)
-        nle = nonLinearEffects(model, data, q, v)
-        forwardKinematics(model, data, q, v, self._zero)
-        pose = updateFramePlacement(model, data, frame)
-        J = getFrameJacobian(model, data, frame, _WORLD_ALIGNED)
-        acceleration = getFrameClassicalAcceleration(model, data, frame, _WORLD_ALIGNED)
-        if self._is_xyz:
-            x, drift = pose.translation, acceleration.linear
-        else:
-            x, drift = self.coordinates.value(pose), acceleration.vector[rows]
-        if self.nv == 1:  # eigenpy hands a matrix of one column over as a vector
-            M, J = M.reshape(1, 1), J.reshape(6, 1)
-        self._last_state = terms = (q, v, M, nle, J[rows], drift, x)
-        return terms
-
-    def unchecked_state_without_task(self, q: Array, v: Array) -> ArmState:
-        """Return `unchecked_state` with NaN for x and drift, which take half of its time.
-
-        For laws that resolve redundancy in velocities and ask for neither.
-
-        Args:
-            q: Joint configuration, shape (nq,), rad.
-            v: Joint velocity, shape (nv,), rad/s.
-        """
-        model, data = self.model, self._data
-        M = crba(model, data, q, _WORLD)
-        nle = nonLinearEffects(model, data, q, v)
-        J = getFrameJacobian(model, data, self._frame_id, _WORLD_ALIGNED)
-        if self.nv == 1:
-            M, J = M.reshape(1, 1), J.reshape(6, 1)
-        unknown = self._unknown
-        self._last_state = state = _new_tuple(ArmState, (q, v, M, nle, J[self._rows], unknown, unknown))
-        return state
-
-    def jacobian(self, q: ArrayLike) -> Array:
-        """Return the Jacobian J of the task coordinates, shape (m, nv), world frame.
-
-        Args:
-            q: Joint configuration, shape (nq,), rad.
-
-        Raises:
-            ShapeError: If q has the wrong shape.
-            NonFiniteError: If q holds NaN or infinity.
-        """
-        q = self.checked_configuration(q)
-        self._last_state = None
-        return self._task_rows(pin.computeFrameJacobian(self.model, self._data, q, self._frame_id, _WORLD_ALIGNED))
-
-    def jacobian_derivative(self, q: ArrayLike) -> Array:
-        """Return ∂J[i, j] / ∂q_k, the kinematic Hessian of the task coordinates, shape (m, nv, nv).
-
-        Args:
-            q: Joint configuration, shape (nq,), rad.
-
-        Raises:
-            ShapeError: If q has the wrong shape.
-            NonFiniteError: If q holds NaN or infinity.
-        """
-        self._last_state = None
-        computeJointKinematicHessians(self.model, self._data, self.checked_configuration(q))
-        derivative: Array = frame_kinematic_hessian(self.model, self._data, self._frame_id)[self._rows]
-        return derivative
-
-    def jacobian_derivative_at(self, state: ArmState) -> Array:
-        """Return `jacobian_derivative` at a state; for the last one computed, with what Pinocchio still knows of it.
-
-        Args:
-            state: A state of this arm.
-        """
-        if state is not self._last_state:
-            return self.jacobian_derivative(state.q)
-        computeJointKinematicHessians(self.model, self._data)
-        derivative: Array = frame_kinematic_hessian(self.model, self._data, self._frame_id)[self._rows]
-        return derivative
-
-    def task_position(self, q: ArrayLike) -> TaskValue:
-        """Return the task value x at q: shape (m,), m, or a `pin.SE3` for a task with rotations.
-
-        Args:
-            q: Joint configuration, shape (nq,), rad.
-
-        Raises:
-            ShapeError: If q has the wrong shape.
-            NonFiniteError: If q holds NaN or infinity.
-        """
-        self._last_state = None
-        pin.forwardKinematics(self.model, self._data, self.checked_configuration(q))
-        return self.coordinates.value(pin.updateFramePlacement(self.model, self._data, self._frame_id))
-
-    def task_position_at(self, q: Array) -> TaskValue:
-        """Return `task_position` at a valid configuration; at the q of the last state, the same array, what it holds.
-
-        Args:
-            q: Joint configuration, shape (nq,), rad; an array that has not changed since.
-        """
-        if self._last_state is None:
-            return self.task_position(q)
-        q_last, *_, x_last = self._last_state
-        if q_last is not q or x_last is self._unknown:
-            return self.task_position(q)
-        return x_last if self.coordinates.has_rotation else x_last.copy()
-
-    def skeleton(self, q: ArrayLike) -> Array:
-        """Return where the joints and the task frame are, for drawing.
-
-        Args:
-            q: Joint configuration, shape (nq,), rad.
-
-        Returns:
-            Positions in the world frame, shape (nv + 1, 3), m: the joints from the base, then the frame.
-
-        Raises:
-            ShapeError: If q has the wrong shape.
-            NonFiniteError: If q holds NaN or infinity.
-        """
-        self._last_state = None
-        pin.forwardKinematics(self.model, self._data, self.checked_configuration(q))
-        tip = pin.updateFramePlacement(self.model, self._data, self._frame_id)
-        joints = [self._data.oMi[i].translation for i in range(1, self.model.njoints)]
-        return np.array([*joints, tip.translation])
-
-    def skeleton_jacobians(self, q: ArrayLike) -> Array:
-        """Return the derivatives of `skeleton` with respect to the joint coordinates.
-
-        Args:
-            q: Joint configuration, shape (nq,), rad.
-
-        Returns:
-            Jacobian of each point in the world frame, shape (nv + 1, 3, nv).
-
-        Raises:
-            ShapeError: If q has the wrong shape.
-            NonFiniteError: If q holds NaN or infinity.
-        """
-        model, data, frame = self.model, self._data, self._frame_id
-        pin.computeJointJacobians(model, data, self.checked_configuration(q))
-        pin.updateFramePlacement(model, data, frame)
-        joints = [pin.getJointJacobian(model, data, i, _WORLD_ALIGNED) for i in range(1, model.njoints)]
-        tip = pin.getFrameJacobian(model, data, frame, _WORLD_ALIGNED)
-        return np.array([each.reshape(6, self.nv)[:3] for each in (*joints, tip)])
-
-    def configuration(self, positions: ArrayLike) -> Array:
-        """Return the configuration q of given joint positions.
-
-        Args:
-            positions: Positions of the joints, shape (nv,), rad (m for prismatic joints).
-
-        Returns:
-            q, shape (nq,): the positions themselves, with cosine and sine in place of a continuous joint's angle.
-
-        Raises:
-            ShapeError: If there is not one position a joint.
-            NonFiniteError: If a position is not finite.
-        """
-        positions = finite_vector("positions", positions, self.nv)
-        q: Array = pin.integrate(self.model, pin.neutral(self.model), positions)
-        return q
-
-    def positions(self, q: ArrayLike) -> Array:
-        """Return the joint positions of a configuration, shape (nv,), rad; in (−π, π] for continuous joints.
-
-        Args:
-            q: Joint configuration, shape (nq,), rad.
-
-        Raises:
-            ShapeError: If q has the wrong shape.
-            NonFiniteError: If q holds NaN or infinity.
-        """
-        q = self.checked_configuration(q)
-        return np.array([joint_position(self.model, q, joint) for joint in range(1, self.model.njoints)])
-
-    def require_within_limits(self, q: ArrayLike) -> None:
-        """Make sure that a configuration is inside the joints' position limits.
-
-        Args:
-            q: Joint configuration, shape (nq,), rad.
-
-        Raises:
-            ParameterError: If a joint is outside; the message names it and hints at a mistaken unit.
-            ShapeError: If q has the wrong shape.
-            NonFiniteError: If q holds NaN or infinity.
-        """
-        lower, upper = self.position_limits
-        for i, position in enumerate(self.positions(q)):
-            if not lower[i] <= position <= upper[i]:
-                hint = unit_hint(position, lower[i], upper[i], prismatic=bool(self.prismatic[i]))
-                raise ParameterError(
-                    f"joint {self.joint_names[i]!r} at {position:g} is outside its limits "
-                    f"[{lower[i]:g}, {upper[i]:g}]{hint}"
-                )
-
-    def integrate(self, q: Array, displacement: Array) -> Array:
-        """Return the configuration that `displacement` leads to from q, on the configuration manifold.
-
-        Args:
-            q: Joint configuration, shape (nq,), rad.
-            displacement: Joint velocity times time, shape (nv,), rad.
-
-        Returns:
-            q ⊕ displacement, shape (nq,), rad.
-        """
-        result: Array = pin.integrate(self.model, q, displacement)
-        return result
-
-    def difference(self, q0: Array, q1: Array) -> Array:
-        """Return the displacement that leads from q0 to q1, shape (nv,), rad.
-
-        Args:
-            q0: Joint configuration, shape (nq,), rad.
-            q1: Joint configuration, shape (nq,), rad.
-        """
-        result: Array = pin.difference(self.model, q0, q1)
-        return result
-
-    def _task_rows(self, frame_jacobian: Array) -> Array:
-        """Return the task's rows of a frame Jacobian, which eigenpy hands over as a vector if there is one joint."""
-        return (frame_jacobian if self.nv > 1 else frame_jacobian.reshape(6, 1))[self._rows]
-
-    def checked_configuration(self, q: ArrayLike) -> Array:
-        """Return a copy of q after checking it, shape (nq,), rad.
-
-        Raises:
-            ShapeError: If q has the wrong shape.
-            NonFiniteError: If q holds NaN or infinity.
-            ParameterError: If the cosine and sine of a continuous joint have not length 1.
-        """
-        q = finite_vector("q", q, self.nq)
-        if self.nq != self.nv and not pin.isNormalized(self.model, q, 1e-6):
-            raise ParameterError(
-                "q holds the cosine and sine of each continuous joint, which must have length 1; "
-                f"got {q.tolist()}; arm.configuration(positions) makes a q of angles"
-            )
-        return q
-
-    def _require_positive_inertia(self) -> None:
-        M = pin.crba(self.model, self._data, pin.neutral(self.model), pin.Convention.WORLD)
-        if not np.isfinite(M).all():
-            raise ModelError(f"{self.name!r} has an inertia matrix that is not finite; check masses and inertias")
-        eigenvalues = np.linalg.eigvalsh(M.reshape(self.nv, self.nv))
-        if not eigenvalues[0] > np.finfo(np.float64).eps * max(eigenvalues[-1], 0.0):
-            raise ModelError(
-                f"{self.name!r} has a singular inertia matrix (smallest eigenvalue {eigenvalues[0]:.3g} kg m²): "
-                "every joint must move a mass; check the <inertial> elements of the URDF"
-            )
-
-
-def _limit(values: Array) -> Array:
-    """Return limits with infinity for none, which Pinocchio writes as zero or as the largest number."""
-    return np.where((values > 0.0) & (values < NO_LIMIT), values, np.inf)

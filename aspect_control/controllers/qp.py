@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..arm import Arm, ArmState
 from ..checks import positive
-from ..exceptions import NotResetError, UnknownNameError
+from ..exceptions import UnknownNameError
 from ..redundancy import Array, pseudoinverse_torque
 from ..redundancy.feedback import require_finite
 from ..redundancy.open_torques import open_accelerations, open_torque
@@ -21,16 +21,11 @@ from .qp_limits import JointLimits
 from .qp_program import Rows, Torques, no_torque_keeps_the_task
 from .qp_solver import NO_LIMIT, SAME_LIMITS
 from .qp_solvers import find_solver
+from .qp_stability import STABILITIES, stability_row
 from .qp_tick import scaled_as_before, torque_as_before, torques_and_bounds
 
 if TYPE_CHECKING:
     import qpsolvers
-
-STABILITIES = ("none", "maciejewski", "dead-beat")
-"""What may be asked of the self-motion."""
-
-_AT_REST = 1e-12
-"""Part of the joint speed below which self-motion is rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -292,42 +287,15 @@ class QPTorque(TaskSpaceController):
             if self.stability != "none":
                 rest, b = np.zeros(self.arm.nv), self.commanded_acceleration(state, target)
                 c_tilde = pseudoinverse_torque(state.M, rest, state.J, b)
-                rows.append(self._stability_row(state.v, Q, M_inv_Q, c_tilde, state.nle))
+                rows.append(stability_row(self.stability, state.v, Q, M_inv_Q, c_tilde, state.nle, self._dt))
         return Torques(Q, c, d, Rows.stack(rows, Q.shape[1]))
-
-    def _stability_row(self, v: Array, Q: Array, M_inv_Q: Array, c_tilde: Array, nle: Array) -> Rows:
-        """Return θ̇_H·θ̈_H ≤ 0 with θ̈_H = M⁻¹Q (η − Qᵀτ̃), τ̃ = s M J⁺b + N."""
-        if self.stability == "dead-beat" and self._dt is None:
-            raise NotResetError(
-                'qp with stability = "dead-beat" needs Δt: call reset(q, v, dt) before the first torque'
-            )
-        Z = np.linalg.qr(M_inv_Q)[0]
-        theta_dot_H = Z @ (Z.T @ v)
-        speed = float(np.linalg.norm(theta_dot_H))
-        row = M_inv_Q.T @ theta_dot_H
-        if speed <= _AT_REST * (1.0 + float(np.linalg.norm(v))):
-            row, speed = -(Q.T @ (c_tilde + nle)), 0.0
-        origin = float(row @ (Q.T @ nle))
-        lower = -np.inf if self._dt is None or self.stability == "maciejewski" else origin - speed**2 / self._dt
-        g = -float(row @ (Q.T @ c_tilde))
-        return Rows(row[None], np.array([g]), np.array([lower]), np.array([origin])).unit()
 
     def _acceleration_interval(self, state: ArmState) -> tuple[Array, Array]:
         dt = self._dt if self._dt is not None else self.horizon
         return self.limits.acceleration_interval(self.arm.positions(state.q), state.v, self.horizon, dt)
 
     def _braking_torque(self, state: ArmState) -> Array:
-        """Return M θ̈ + N with θ̈ = −θ̇/T moved into the bounds of θ̈, or the largest part of it that the torques allow.
-
-        The part is λ M θ̈ on top of the gravity torque: whatever λ, θ̈ = −θ̇/T takes the power λ θ̇ᵀM θ̇/T out of the arm.
-        """
+        """Return the torque of θ̈ = −θ̇/T moved into the bounds of θ̈; see `JointLimits.braking_torque`."""
         push = state.M @ np.clip(-state.v / self.horizon, *self._acceleration_interval(state))
-        tau: Array = state.nle + push
-        limit = self.limits.torque
-        if limit is None or np.all(np.abs(tau) <= limit):
-            return tau
         gravity = self.arm.state(state.q, np.zeros(self.arm.nv)).nle
-        room = np.maximum(limit - np.sign(push) * gravity, 0.0)
-        moving = push != 0.0
-        part = min(1.0, float((room[moving] / np.abs(push[moving])).min(initial=1.0)))
-        return gravity + part * push
+        return self.limits.braking_torque(push, state.nle, gravity)

@@ -99,6 +99,24 @@ class JointLimits:
         rightmost = (self.upper - position) / horizon**2 - damping
         return _moved_into((leftmost, rightmost), (lower, upper))
 
+    def braking_torque(self, push: Array, nle: Array, gravity: Array) -> Array:
+        """Return M θ̈ + N of a braking θ̈, or G + λ M θ̈ with the largest λ in [0, 1] that the torque limits allow.
+
+        Whatever λ, θ̈ = −θ̇/T takes the power λ θ̇ᵀM θ̇/T out of the arm.
+
+        Args:
+            push: M θ̈, shape (n,), N m.
+            nle: Coriolis, centrifugal and gravity torques N, shape (n,), N m.
+            gravity: Gravity torques G, shape (n,), N m.
+        """
+        tau: Array = nle + push
+        if self.torque is None or np.all(np.abs(tau) <= self.torque):
+            return tau
+        room = np.maximum(self.torque - np.sign(push) * gravity, 0.0)
+        moving = push != 0.0
+        part = min(1.0, float((room[moving] / np.abs(push[moving])).min(initial=1.0)))
+        return gravity + part * push
+
 
 def _moved_into(interval: tuple[Array, Array], bounds: tuple[Array, Array]) -> tuple[Array, Array]:
     return np.clip(interval[0], *bounds), np.clip(interval[1], *bounds)

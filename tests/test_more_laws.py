@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 from example_arms import example_arm, random_postures, slopes
 
-from aspect_control import Hold, StraightLine, Target, controllers, simulate
+from aspect_control import Hold, StraightLine, Target, controllers, criteria, simulate
 from aspect_control.analysis import aspect_preserved, peak_torque, total_variation
 from aspect_control.analysis import trajectory_a as paper
 from aspect_control.exceptions import (
@@ -355,6 +355,58 @@ def test_resolved_motion_climbs_the_manipulability_while_the_task_stands_still(a
     np.testing.assert_allclose(still, still[0], rtol=1e-9)
     assert np.diff(climbing).min() >= 0.0
     assert climbing[-1] > still[-1] * (1.0 + 1e-5)
+
+
+def test_law_in_velocities_asks_for_neither_task_value_nor_drift(arm, monkeypatch):
+    (q, v, target), *_ = random_samples(arm, 1, seed=13)
+    laws = [controllers.create("jmdc", arm) for _ in range(2)]
+    for law in laws:
+        law.reset(q, v, 1e-3)
+    state = arm.unchecked_state_without_task(q, v)
+    assert np.isnan(state.drift).all()
+    assert not isinstance(state.x, pin.SE3)
+    whole = arm.state(q, v)
+    for name in ("M", "nle", "J"):
+        np.testing.assert_allclose(getattr(state, name), getattr(whole, name), rtol=0, atol=1e-13)
+    expected = laws[0].command(whole, target)
+    # Only what a tick of the law calls; the usual state would fail.
+    monkeypatch.setattr(arm, "unchecked_state", None)
+    monkeypatch.setattr(arm, "state", None)
+    np.testing.assert_allclose(laws[1].torque(q, v, target), expected, rtol=1e-12)
+    # The task value of that configuration is not taken from a state that has none.
+    monkeypatch.undo()
+    x = arm.task_position_at(q)
+    assert np.isfinite(x.homogeneous if isinstance(x, pin.SE3) else x).all()
+
+
+def test_own_gradient_of_a_derived_criterion_is_the_one_that_counts(arm):
+    class Twice(criteria.MinorMeasure):
+        def gradient(self, state):
+            return 2.0 * criteria.MinorMeasure.gradient(self, state)
+
+    (q, v, target), *_ = random_samples(arm, 1, seed=14)
+    laws = [
+        controllers.ResolvedMotion(arm, kappa=0.01, criterion=Twice(arm)),
+        controllers.ResolvedMotion(arm, kappa=0.02, criterion=criteria.MinorMeasure(arm)),
+    ]
+    for law in laws:
+        law.reset(q, v, 1e-3)
+        law.torque(q, v, target)
+    once, again = (law.torque(q, v, target) for law in laws)
+    np.testing.assert_allclose(once, again, rtol=1e-9)
+
+
+@pytest.mark.parametrize("law", ["jmdc", "resolved-motion"])
+def test_refused_sample_leaves_the_memory_as_it_was(arm, law):
+    refused, plain = controllers.create(law, arm), controllers.create(law, arm)
+    motions = list(random_samples(arm, 3, seed=15))
+    for each in (refused, plain):
+        each.reset(*motions[0][:2], 1e-3)
+    for q, v, target in motions:
+        for bad in ((np.full_like(q, np.nan), v), (q, np.full_like(v, np.inf)), (q, np.full_like(v, 1e200))):
+            with pytest.raises(NonFiniteError):
+                refused.torque(*bad, target)
+        np.testing.assert_array_equal(refused.torque(q, v, target), plain.torque(q, v, target))
 
 
 def test_resolved_motion_needs_a_reset(arm):

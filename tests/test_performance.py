@@ -22,6 +22,7 @@ from aspect_control.redundancy import (
     pseudoinverse_torque,
 )
 from aspect_control.redundancy.gradients import laplace_expansion
+from aspect_control.redundancy.pseudoinverse import least_norm, least_norm_solution
 
 STATES = 10_000
 
@@ -112,6 +113,30 @@ def test_pseudoinverse_keeps_the_condition_of_the_matrix_near_rank_loss(smallest
         assert error < 1e-14 / smallest
         # No worse than numpy.linalg.pinv, but for a factor that a single rounding makes.
         assert error < 20.0 * relative(np.linalg.pinv(A), expected) + 1e-14
+
+
+@pytest.mark.parametrize("smallest", [1e-1, 1e-3, 1e-4, 1e-5, 1e-8, 1e-10])
+def test_least_norm_solutions_are_those_of_the_pseudoinverse(smallest):
+    rng = np.random.default_rng(215)
+    for seed in range(50):
+        A, A_pinv = nearly_singular(smallest, seed)
+        B = rng.normal(size=(4, 3))
+        expected = B @ A_pinv.T
+        X = least_norm(A, B)
+        # Each row by itself: a right-hand side does not depend on its neighbours.
+        for x, x_expected, b in zip(X, expected, B, strict=True):
+            assert np.linalg.norm(x - x_expected) < 1e-14 / smallest * np.linalg.norm(A_pinv, 2) * np.linalg.norm(b)
+            np.testing.assert_array_equal(x, least_norm_solution(A, b))
+
+
+def test_least_norm_solutions_of_what_cannot_be_reached_are_bounded():
+    for seed in range(20):
+        A, _ = nearly_singular(1e-15, seed)
+        assert np.linalg.norm(least_norm(A, np.eye(3)), 2) < 2.5
+    tall = np.random.default_rng(216).normal(size=(5, 2))
+    np.testing.assert_allclose(least_norm(tall, np.eye(5)), np.linalg.pinv(tall).T, rtol=0, atol=1e-13)
+    with pytest.raises(ValueError, match="shapes of a linear system"):
+        least_norm(np.ones((2, 3)), np.ones((1, 3)))
 
 
 def test_pseudoinverse_is_bounded_at_rank_loss():
@@ -308,7 +333,34 @@ def test_a_subclass_with_a_command_of_its_own_is_checked():
         Mine(arm).torque(np.ones(3), np.zeros(3), Target(np.ones(2), np.zeros(2), np.zeros(2)))
 
 
+def test_switching_on_compiled_text_is_the_law_as_printed(panda):
+    law, equations = controllers.create("modified-null-space-vector", panda), literal.modified_null_space_vector
+    both = {True: 0, False: 0}
+    for q, v, target in random_states(panda, 300, seed=217):
+        state = panda.state(q, v)
+        if np.linalg.cond(state.J) > 100.0:
+            continue
+        tau = law.torque(q, v, target)
+        assert relative(tau, equations(panda, state, target)) < 1e-9
+        both[relative(tau, literal.pseudoinverse(panda, state, target)) < 1e-9] += 1
+    assert min(both.values()) > 30
+
+
 # The benchmark
+
+
+def test_a_call_is_timed_when_it_has_been_called_before():
+    from aspect_control.benchmark.timing import in_turn
+
+    calls = []
+    seconds = in_turn({"one": lambda: calls.append("one"), "other": lambda: calls.append("other")}, 3)
+    assert seconds["one"].shape == (3,)
+    one = calls.count("one")
+    in_turn({"one": lambda: calls.append("one")}, 6)
+    # Every round calls it about as often as a millisecond has room for, and a quarter as often before.
+    assert calls.count("one") - one > one
+    # A call that returns seconds is taken at its word.
+    np.testing.assert_array_equal(in_turn({"measured": lambda: 2.0}, 4)["measured"], np.full(4, 2.0))
 
 
 def test_benchmark_has_a_row_a_law():

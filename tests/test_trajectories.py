@@ -641,6 +641,9 @@ def test_a_target_of_a_pose_that_is_not_finite_is_refused():
 
 def test_a_target_turns_lists_into_arrays():
     target = Target(x=[1, 2], dx=[0, 0], ddx=[0, 0])
+    assert not target.is_pose
+    np.testing.assert_array_equal(target.rows, [[1.0, 2.0], [0.0, 0.0], [0.0, 0.0]])
+    assert all(np.shares_memory(target.rows, part) for part in (target.x, target.dx, target.ddx))
     assert target.x.dtype == np.float64
     assert target.x.shape == (2,)
 

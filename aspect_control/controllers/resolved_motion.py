@@ -84,9 +84,10 @@ class ResolvedMotion(Controller):
             self.criterion = made if self.kappa > 0.0 else None
         gradient = given_gradient if self.criterion is None else self.criterion.compiled_gradient
         self._sample = prepared(resolved_motion_law(gradient))
-        if gradient is not given_gradient or self.criterion is None:
+        self._given_gradient = gradient is given_gradient
+        if self.criterion is None or not self._given_gradient:
             self._state_at = arm.unchecked_state_without_task
-        self._no_gradient = (np.zeros(arm.nv),)
+        self._no_gradient = np.zeros(arm.nv)
         self._dt: float | None = None
         self._q_d = np.zeros(0)
         self._memory = np.zeros((3, arm.nv))
@@ -109,8 +110,13 @@ class ResolvedMotion(Controller):
         if self._dt is None:
             raise NotResetError(f"{self.name} has memory: call reset(q, v, dt) before the first torque(q, v, target)")
         q, v, M, nle, J, _, _ = state
-        arguments = self._no_gradient if self.criterion is None else self.criterion.gradient_arguments(state)
+        arguments = self._gradient_arguments(state)
         error, tau = self.arm.difference(q, self._q_d), np.empty(self.arm.nv)
         self._sample(M, nle, J, v, target.rows, self._gains, error, self._memory, self.kappa, self._dt, tau, arguments)
         self._q_d = self.arm.integrate(self._q_d, self._displacement)
         return tau
+
+    def _gradient_arguments(self, state: ArmState) -> tuple[Any, ...]:
+        if self.criterion is None:
+            return (self._no_gradient,)
+        return (self.criterion.gradient(state),) if self._given_gradient else self.criterion.gradient_arguments(state)

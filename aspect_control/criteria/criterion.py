@@ -21,7 +21,8 @@ class Criterion(ABC):
     Attributes:
         name: Name in the registry.
         compiled_gradient: ∇H as a function of J and of `gradient_arguments`, made by `redundancy.compiled.compiled`,
-            for laws in compiled text. A subclass with a `gradient` of its own has that called first.
+            for laws in compiled text; `given_gradient` where there is only `gradient`, as in a subclass with a
+            `gradient` of its own.
         arm: The arm.
     """
 
@@ -33,7 +34,6 @@ class Criterion(ABC):
         super().__init_subclass__()
         if "gradient" in vars(cls) and "compiled_gradient" not in vars(cls):
             cls.compiled_gradient = given_gradient
-            cls.gradient_arguments = Criterion.gradient_arguments  # type: ignore[method-assign]
 
     def __init__(self, arm: Arm) -> None:
         """Set the arm."""
@@ -73,8 +73,8 @@ class Criterion(ABC):
         """Return ∇H at a state, shape (nv,), in the unit of H per rad (per m for a prismatic joint). Never NaN."""
 
     def gradient_arguments(self, state: ArmState) -> tuple[Any, ...]:
-        """Return what `compiled_gradient` takes besides J."""
-        return (self.gradient(state),)
+        """Return what a `compiled_gradient` other than `given_gradient` takes besides J."""
+        raise NotImplementedError(f"the criterion {self.name!r} has no gradient in compiled text")
 
 
 class JacobianCriterion(Criterion):

@@ -210,7 +210,7 @@ def calls_of(function):
 
 
 @pytest.mark.parametrize(
-    ("name", "most"), [*((name, 16) for name in literal.LAWS if name != "jmdc"), ("jmdc", 34)], ids=str
+    ("name", "most"), [*((name, 10) for name in literal.LAWS if name != "jmdc"), ("jmdc", 20)], ids=str
 )
 def test_a_tick_makes_few_calls(panda, name, most):
     q, v, target = next(random_states(panda, 1, seed=213))

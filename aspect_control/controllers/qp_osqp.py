@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..redundancy import Array
+from ..redundancy.compiled import prepared
 from ..redundancy.quadratic_program import evened, minimum_on_bounds
 from .qp_solver import Answer, Program, Solver, multipliers_of_rows
 
@@ -41,6 +44,7 @@ class KeptOSQP(Solver):
         """Begin without a workspace."""
         super().__init__()
         self._workspaces: dict[tuple[int, ...], Any] = {}
+        self._evened = prepared(evened)
 
     def forget(self) -> None:
         """Drop the workspaces."""
@@ -57,7 +61,7 @@ class KeptOSQP(Solver):
     def _solve(self, program: Program, q: Array) -> Answer:
         import osqp
 
-        P, q, A, lower, upper, coordinates, width, size = evened(program.p, q, *program[2:])
+        P, q, A, lower, upper, coordinates, width, size = self._evened(program.p, q, *program[2:])
         workspace = self._workspaces.get(A.shape)
         if workspace is None:
             workspace = self._workspaces[A.shape] = osqp.OSQP()
@@ -130,5 +134,11 @@ def _dense_pattern(matrix: Array, *, upper: bool = False) -> csc_matrix:
 
 def _upper_triangle(matrix: Array) -> Array:
     """Return the entries on and above the diagonal, column by column."""
-    entries: Array = matrix.T[np.tril_indices(len(matrix))]
+    entries: Array = matrix.T[_lower_indices(len(matrix))]
     return entries
+
+
+@cache
+def _lower_indices(size: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    # NumPy takes longer to make them than OSQP to solve the program.
+    return np.tril_indices(size)

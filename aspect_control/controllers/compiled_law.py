@@ -29,7 +29,7 @@ class CompiledLaw(TaskSpaceController):
         if self._texts:
             (self._law,) = self._texts
         self._state_at = arm.unchecked_terms
-        self._parameter: tuple[float, ...] = ()
+        self._parameter: float | None = None
 
     def command(self, state: ArmState | tuple[Any, ...], target: Target) -> Array:
         """Return τ, shape (nv,), N m."""
@@ -38,5 +38,8 @@ class CompiledLaw(TaskSpaceController):
         if self._has_rotation:
             x = -self.arm.coordinates.error(target.x, x)
         tau = np.empty(self.arm.nv)
-        self._law(M, nle, J, drift, x, v, target.rows, self._gains, tau, *self._parameter)
+        if self._parameter is None:
+            self._law(M, nle, J, drift, x, v, target.rows, self._gains, tau)
+        else:
+            self._law(M, nle, J, drift, x, v, target.rows, self._gains, tau, self._parameter)
         return tau

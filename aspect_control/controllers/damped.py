@@ -30,12 +30,12 @@ class DampedController(CompiledLaw):
             ParameterError: If a gain or the damping is negative.
         """
         super().__init__(arm, kp=kp, kv=kv)
-        self._parameter = (non_negative("damping", damping, "1/s"),)
+        self._parameter = self._damping = non_negative("damping", damping, "1/s")
 
     @property
     def damping(self) -> float:
         """D, 1/s."""
-        return self._parameter[0]
+        return self._damping
 
     @property
     def parameters(self) -> dict[str, Any]:

@@ -76,7 +76,7 @@ class ModifiedNullSpaceVector(CompiledLaw):
         self.switching = switching
         # The law as printed does not use the sampling time.
         self._law = prepared(SWITCHINGS[switching]) if switching == "hard" else self._refuse
-        self._parameter = (np.inf,)
+        self._parameter = np.inf
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -85,7 +85,7 @@ class ModifiedNullSpaceVector(CompiledLaw):
 
     def start(self, q: Array, v: Array, dt: float) -> None:
         """Keep the sampling time."""
-        self._law, self._parameter = prepared(SWITCHINGS[self.switching]), (dt,)
+        self._law, self._parameter = prepared(SWITCHINGS[self.switching]), dt
 
     def _refuse(self, *_: object) -> None:
         raise NotResetError(

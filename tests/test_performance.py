@@ -258,6 +258,42 @@ def test_no_tick_compiles_anything(panda, name, monkeypatch):
     law.torque(q, v, target)
 
 
+@pytest.mark.parametrize("solver", ["osqp", "daqp"])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"torque_limit": 30.0},
+        {"torque_limit": "urdf", "speed_limit": "urdf", "position_limit": "urdf", "acceleration_limit": 30.0},
+        {"torque_limit": 60.0, "stability": "maciejewski"},
+    ],
+    ids=["free", "torque", "every limit", "stability"],
+)
+def test_no_tick_of_the_quadratic_program_compiles_anything(solver, options):
+    pytest.importorskip(solver)
+    code = f"""
+import numba, numpy as np
+from aspect_control import Arm, Target, controllers
+arm = Arm.from_example("panda", frame="panda_hand_tcp", task="xyz")
+law = controllers.QPTorque(arm, solver={solver!r}, **{options!r})
+def now(*_, **__):
+    raise SystemExit("a tick compiled something")
+numba.njit = now
+rng = np.random.default_rng(218)
+lower, upper = arm.position_limits
+outcomes = set()
+law.reset(arm.configuration(lower), np.zeros(7), 1e-3)
+for i in range(60):
+    q, v = rng.uniform(lower, upper), rng.normal(0.0, 0.5, 7)
+    law.torque(q, v, Target(arm.task_position(q) + 0.1, rng.normal(size=3), (1 + i % 3) ** 3 * rng.normal(size=3)))
+    outcomes.add(law.status.outcome)
+print(*sorted(outcomes))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "optimal" in done.stdout
+
+
 def test_a_tick_spawns_no_thread(panda):
     code = """
 import os, numpy as np

@@ -172,13 +172,15 @@ class TaskSpaceController(Controller):
             ParameterError: If a gain is negative.
         """
         super().__init__(arm, arm.task_dim, kp, kv)
+        self._commanded_acceleration = prepared(commanded_acceleration)
 
     def commanded_acceleration(self, state: ArmState, target: Target) -> Array:
         """Return ẍ_d + K_v ė + K_p e − J̇θ̇ of Eq. (5), shape (m,), m/s² and rad/s².
 
         The rotation rows of e are the rotation vector from the actual to the desired orientation.
         """
-        return commanded_acceleration(*self.terms(state, target)[2:])
+        b: Array = self._commanded_acceleration(*self.terms(state, target)[2:])
+        return b
 
     def terms(self, state: ArmState, target: Target) -> tuple[Any, ...]:
         """Return the arguments of a task-space law in compiled text: `redundancy.feedback.TASK_SPACE`."""

@@ -12,13 +12,13 @@ from ..arm import Arm, ArmState
 from ..checks import positive
 from ..exceptions import UnknownNameError
 from ..redundancy import Array, pseudoinverse_torque
+from ..redundancy.compiled import prepared
 from ..redundancy.feedback import require_finite
 from ..redundancy.open_torques import open_accelerations, open_torque
-from ..redundancy.quadratic_program import evened, minimum_known, minimum_on_bounds, violations
 from ..trajectories import Target
 from .base import TaskSpaceController
 from .qp_limits import JointLimits
-from .qp_program import Rows, Torques, no_torque_keeps_the_task
+from .qp_program import Rows, Torques, no_torque_keeps_the_task, scale_of, task_scaled
 from .qp_solver import NO_LIMIT, SAME_LIMITS
 from .qp_solvers import find_solver
 from .qp_stability import STABILITIES, stability_row
@@ -101,15 +101,11 @@ class QPTorque(TaskSpaceController):
     is_compiled = True
     compiled_text = (
         torques_and_bounds,
-        torque_as_before,
-        scaled_as_before,
         open_torque,
-        open_accelerations,
-        pseudoinverse_torque,
-        minimum_known,
-        minimum_on_bounds,
-        violations,
-        evened,
+        task_scaled,
+        scale_of,
+        no_torque_keeps_the_task,
+        require_finite,
     )
 
     def __init__(
@@ -161,6 +157,11 @@ class QPTorque(TaskSpaceController):
         self._only_torque_limits = (
             self.limits.torque is not None and not self.limits.bound_acceleration and stability == "none"
         )
+        self._fill, self._chosen = self._texts[:2]
+        if self._only_torque_limits:
+            self._kept_as_before, self._scaled_as_before = prepared(torque_as_before), prepared(scaled_as_before)
+        else:
+            self._accelerations, self._c_tilde = prepared(open_accelerations), prepared(pseudoinverse_torque)
         self._solver = find_solver(solver)
         self.solver = solver
         self.status: QPStatus | None = None
@@ -242,13 +243,16 @@ class QPTorque(TaskSpaceController):
 
         If not, `_torques_kept` holds what a solver is to choose from. For torque limits alone.
         """
-        law, shape = (self._texts[2], self._scaled_shape) if before == "scaled" else (self._texts[1], self._kept_shape)
+        scaled = before == "scaled"
+        law, shape = (
+            (self._scaled_as_before, self._scaled_shape) if scaled else (self._kept_as_before, self._kept_shape)
+        )
         known, how, tau = law(
             *self.terms(state, target), self._torque_limit, self._buffer, self._solver.multipliers(shape)
         )
         if not known:
             return None
-        if before == "scaled":
+        if scaled:
             self.status = QPStatus("scaled", how, SAME_LIMITS, 0)
         else:
             self.status = _HELD if how else _FREE
@@ -268,25 +272,25 @@ class QPTorque(TaskSpaceController):
     def _taken(self, torques: Torques, x: Array, message: str, iterations: int | None) -> Array:
         """Return τ of a solution, and set `status`."""
         eta, scale = torques.solution(x)
-        tau: Array = self._texts[3](torques.Q, torques.c, torques.d, eta, scale, self._torque_limit)
+        tau: Array = self._chosen(torques.Q, torques.c, torques.d, eta, scale, self._torque_limit)
         self.status = QPStatus("optimal" if scale == 1.0 else "scaled", scale, message, iterations)
         return tau
 
     def _torques(self, state: ArmState, target: Target) -> Torques:
         """Return the torques of the tasks s b and the limits in terms of them."""
-        self._texts[0](*self.terms(state, target), self._torque_limit, self._buffer)
+        self._fill(*self.terms(state, target), self._torque_limit, self._buffer)
         Q, c, d, of_torque_limits = self._torques_kept
         limits, rows = self.limits, []
         if limits.torque is not None:
             rows.append(of_torque_limits)
         if limits.bound_acceleration or self.stability != "none":
-            M_inv_Q, M_inv_c, free = open_accelerations(state.M, state.nle, Q, c, d)
+            M_inv_Q, M_inv_c, free = self._accelerations(state.M, state.nle, Q, c, d)
             if limits.bound_acceleration:
                 slowest, fastest = self._acceleration_interval(state)
                 rows.append(Rows(M_inv_Q, M_inv_c, slowest - free, fastest - free).unit())
             if self.stability != "none":
                 rest, b = np.zeros(self.arm.nv), self.commanded_acceleration(state, target)
-                c_tilde = pseudoinverse_torque(state.M, rest, state.J, b)
+                c_tilde = self._c_tilde(state.M, rest, state.J, b)
                 rows.append(stability_row(self.stability, state.v, Q, M_inv_Q, c_tilde, state.nle, self._dt))
         return Torques(Q, c, d, Rows.stack(rows, Q.shape[1]))
 

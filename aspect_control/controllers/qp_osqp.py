@@ -45,6 +45,7 @@ class KeptOSQP(Solver):
         super().__init__()
         self._workspaces: dict[tuple[int, ...], Any] = {}
         self._evened = prepared(evened)
+        prepared(minimum_on_bounds)
 
     def forget(self) -> None:
         """Drop the workspaces."""

@@ -107,6 +107,8 @@ class Solver(ABC):
         """Begin without a solution before."""
         self._multipliers: dict[tuple[int, ...], Array] = {}
         self._minimum_known = prepared(minimum_known)
+        # Called by `Answer.objection`.
+        prepared(violations)
 
     def solve(self, program: Program) -> Answer:
         """Return the solution that the last one leads to or else the solver's answer.

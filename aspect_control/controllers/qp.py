@@ -299,7 +299,9 @@ class QPTorque(TaskSpaceController):
         return self.limits.acceleration_interval(self.arm.positions(state.q), state.v, self.horizon, dt)
 
     def _braking_torque(self, state: ArmState) -> Array:
-        """Return the torque of θ̈ = −θ̇/T moved into the bounds of θ̈; see `JointLimits.braking_torque`."""
+        """Return M θ̈ + N with θ̈ = −θ̇/T moved into the bounds of θ̈, or what the torque limits allow of it."""
         push = state.M @ np.clip(-state.v / self.horizon, *self._acceleration_interval(state))
-        gravity = self.arm.state(state.q, np.zeros(self.arm.nv)).nle
-        return self.limits.braking_torque(push, state.nle, gravity)
+        tau: Array = state.nle + push
+        if np.all(np.abs(tau) <= self._torque_limit):
+            return tau
+        return self.limits.largest_part(push, self.arm.state(state.q, np.zeros(self.arm.nv)).nle)

@@ -99,19 +99,20 @@ class JointLimits:
         rightmost = (self.upper - position) / horizon**2 - damping
         return _moved_into((leftmost, rightmost), (lower, upper))
 
-    def braking_torque(self, push: Array, nle: Array, gravity: Array) -> Array:
-        """Return M θ̈ + N of a braking θ̈, or G + λ M θ̈ with the largest λ in [0, 1] that the torque limits allow.
+    def largest_part(self, push: Array, gravity: Array) -> Array:
+        """Return G + λ M θ̈ with the largest λ in [0, 1] that the torque limits allow.
 
         Whatever λ, θ̈ = −θ̇/T takes the power λ θ̇ᵀM θ̇/T out of the arm.
 
         Args:
             push: M θ̈, shape (n,), N m.
-            nle: Coriolis, centrifugal and gravity torques N, shape (n,), N m.
             gravity: Gravity torques G, shape (n,), N m.
+
+        Returns:
+            Shape (n,), N m; beyond the limit of a joint whose gravity torque is.
         """
-        tau: Array = nle + push
-        if self.torque is None or np.all(np.abs(tau) <= self.torque):
-            return tau
+        if self.torque is None:
+            return gravity + push
         room = np.maximum(self.torque - np.sign(push) * gravity, 0.0)
         moving = push != 0.0
         part = min(1.0, float((room[moving] / np.abs(push[moving])).min(initial=1.0)))

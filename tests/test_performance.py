@@ -342,6 +342,35 @@ print(pseudoinverse(np.array([[3.0, 4.0]])).ravel().tolist())
     assert json.loads(output) == pytest.approx([0.12, 0.16])
 
 
+def test_first_command_on_a_machine_says_that_it_compiles(tmp_path):
+    pty = pytest.importorskip("pty")
+    code = """
+import time, numpy as np
+from aspect_control.redundancy.products import times
+from aspect_control.views.screen import progress_bar
+with progress_bar() as progress:
+    time.sleep(0.3)
+    times(np.eye(2), np.ones(2))
+    progress("done", 1.0)
+"""
+    place = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "TERM": "xterm", "COLUMNS": "120"}
+    shown = []
+    for _ in range(2):
+        ours, theirs = pty.openpty()
+        with subprocess.Popen([sys.executable, "-c", code], stderr=theirs, env=place) as process:
+            os.close(theirs)
+            text = b""
+            try:
+                while part := os.read(ours, 4096):
+                    text += part
+            except OSError:
+                pass  # what Linux says when the other end is closed
+        os.close(ours)
+        assert process.returncode == 0, text.decode()
+        shown.append("compiling the laws for this machine, once" in text.decode())
+    assert shown == [True, False]
+
+
 def test_overflow_is_an_error_and_no_warning(panda):
     from aspect_control.exceptions import NonFiniteError
 

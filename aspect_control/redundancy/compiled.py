@@ -71,6 +71,12 @@ def prepared(function: Callable[..., Any]) -> Callable[..., Any]:
     return cast(Callable[..., Any], function.dispatcher) if isinstance(function, Compiled) else function
 
 
+def is_any_kept() -> bool:
+    """Return whether machine code of this source text is on disk; if not, the first law takes its time."""
+    folder = _machine_code()
+    return folder is not None and any(folder.glob("**/*.nbi"))
+
+
 class Compiled:
     """A function with its compiled version, which other compiled functions call directly.
 

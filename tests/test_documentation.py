@@ -50,6 +50,22 @@ def test_the_python_examples_of_the_page_on_robots_run_and_print_what_it_says(ca
     assert capsys.readouterr().out == re.search(r"```text\n(.*?)```", text, re.DOTALL)[1]
 
 
+def test_the_python_examples_of_the_page_on_replays_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "results").mkdir()
+    for law in ("null-space-vector", "jmdc"):
+        paper.run_law(law, 5e-3).save(tmp_path / "results" / f"{law}.npz")
+    text = (ROOT / "docs" / "replay.md").read_text()
+    names: dict[str, object] = {}
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        # Nobody opens the page here.
+        exec(block.replace("wait_for_viewer(60.0)", "wait_for_viewer(0.1)"), names)  # noqa: S102
+    assert capsys.readouterr().out.startswith("http://127.0.0.1:")
+    assert (tmp_path / "both.html").stat().st_size > 100_000
+    with Image.open("arms.gif") as made:
+        assert made.n_frames > 50
+
+
 def test_the_page_of_criteria_says_what_its_examples_print(tmp_path, capsys):
     text = (ROOT / "docs" / "criteria.md").read_text()
     scenario, table = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)

@@ -65,6 +65,7 @@ class TaskChain(ConfigurationSpace):
         self._zero = np.zeros(self.nv)
         self._unknown = np.full(self.task_dim, np.nan)
         self._last_state: tuple[Any, ...] | None = None
+        self._rows_first = self._rows == slice(0, self.task_dim)
         self._is_xyz = self.task == POSITION_AXES
         self._require_positive_inertia()
 
@@ -97,11 +98,14 @@ class TaskChain(ConfigurationSpace):
             v: Joint velocity, shape (nv,), rad/s.
         """
         # What a NamedTuple's own constructor does, in half the time.
-        self._last_state = state = _new_tuple(ArmState, self.unchecked_terms(q, v))
+        q, v, M, nle, J, drift, x = self.unchecked_terms(q, v)
+        self._last_state = state = _new_tuple(ArmState, (q, v, M, nle, J[: self.task_dim], drift, x))
         return state
 
     def unchecked_terms(self, q: Array, v: Array) -> tuple[Any, ...]:
         """Return `unchecked_state` as a plain tuple, for laws that only take it apart.
+
+        Where the task's rows are the first of the frame's Jacobian, J is the whole of it, shape (6, nv).
 
         Args:
             q: Joint configuration, shape (nq,), rad.
@@ -120,7 +124,7 @@ class TaskChain(ConfigurationSpace):
             x, drift = self.coordinates.value(pose), acceleration.vector[rows]
         if self.nv == 1:  # eigenpy hands a matrix of one column over as a vector
             M, J = M.reshape(1, 1), J.reshape(6, 1)
-        self._last_state = terms = (q, v, M, nle, J[rows], drift, x)
+        self._last_state = terms = (q, v, M, nle, J if self._rows_first else J[rows], drift, x)
         return terms
 
     def unchecked_state_without_task(self, q: Array, v: Array) -> ArmState:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
+from numpy import empty
 from numpy.typing import ArrayLike
 
 from ..arm import Arm, ArmState
@@ -37,7 +37,7 @@ class CompiledLaw(TaskSpaceController):
         _, v, M, nle, J, drift, x = state
         if self._has_rotation:
             x = -self.arm.coordinates.error(target.x, x)
-        tau = np.empty(self.arm.nv)
+        tau = empty(self.arm.nv)
         if self._parameter is None:
             self._law(M, nle, J, drift, x, v, target.rows, self._gains, tau)
         else:

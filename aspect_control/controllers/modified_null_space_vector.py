@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,9 +16,9 @@ from ..redundancy.feedback import task_space_law
 from .compiled_law import CompiledLaw
 
 
-@task_space_law(NUMBER)
-def _switched(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: float) -> Array:
-    return switched_torque(M, nle, J, b, v, dt)
+@task_space_law()
+def _switched(M: Array, nle: Array, J: Array, b: Array, v: Array) -> Array:
+    return switched_torque(M, nle, J, b, v, np.inf)
 
 
 @task_space_law(NUMBER)
@@ -30,7 +31,7 @@ def _brake(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: float) -> Arr
     return brake_torque(M, nle, J, b, v, dt)
 
 
-SWITCHINGS = {"hard": _switched, "dead-beat": _dead_beat, "brake": _brake}
+SWITCHINGS: dict[str, Callable[..., Any]] = {"hard": _switched, "dead-beat": _dead_beat, "brake": _brake}
 """How the null-space term may be switched."""
 
 
@@ -76,7 +77,6 @@ class ModifiedNullSpaceVector(CompiledLaw):
         self.switching = switching
         # The law as printed does not use the sampling time.
         self._law = prepared(SWITCHINGS[switching]) if switching == "hard" else self._refuse
-        self._parameter = np.inf
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -85,7 +85,8 @@ class ModifiedNullSpaceVector(CompiledLaw):
 
     def start(self, q: Array, v: Array, dt: float) -> None:
         """Keep the sampling time."""
-        self._law, self._parameter = prepared(SWITCHINGS[self.switching]), dt
+        if self.switching != "hard":
+            self._law, self._parameter = prepared(SWITCHINGS[self.switching]), dt
 
     def _refuse(self, *_: object) -> None:
         raise NotResetError(

@@ -52,9 +52,15 @@ def cholesky_solve(L: Array, B: Array) -> Array:
         X, shape (k, n).
     """
     X = B.copy()
+    cholesky_solve_in_place(L, X)
+    return X
+
+
+@compiled(MATRIX, MATRIX)
+def cholesky_solve_in_place(L: Array, X: Array) -> None:
+    """Turn X, shape (k, n), into X (L Lᵀ)⁻¹ with L (n, n)."""
     _substitute_forward(L, X)
     _substitute_backward(L, X)
-    return X
 
 
 @compiled(MATRIX, VECTOR)
@@ -67,8 +73,7 @@ def cholesky_solve_vector(L: Array, b: Array) -> Array:
 def cholesky_inverse(L: Array) -> Array:
     """Return (L Lᵀ)⁻¹, shape (n, n), of L (n, n)."""
     X = np.eye(len(L))
-    _substitute_forward(L, X)
-    _substitute_backward(L, X)
+    cholesky_solve_in_place(L, X)
     return X
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from .array import Array
 from .compiled import MATRIX, STACK, VECTOR, F, compiled
-from .products import add_times, times
+from .products import times
 
 TASK_SPACE = (MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, VECTOR, MATRIX, STACK)
 """Arguments of a task-space law: M, N, then those of `commanded_acceleration`."""
@@ -38,16 +38,17 @@ def commanded_acceleration(J: Array, drift: Array, x: Array, v: Array, desired: 
         raise ValueError("the target and the task have different numbers of coordinates")
     x_d, dx_d, ddx_d = desired[0], desired[1], desired[2]
     kp, kv = gains[0], gains[1]
-    b = ddx_d - drift
-    add_times(b, kv, dx_d - times(J, v))
-    add_times(b, kp, x_d - x)
+    dx, b = times(J, v), ddx_d - drift
+    for i in range(m):
+        for j in range(m):
+            b[i] += kv[i, j] * (dx_d[j] - dx[j]) + kp[i, j] * (x_d[j] - x[j])
     return b
 
 
 def task_space_law(*parameter: str) -> Callable[[F], F]:
     """Make a law of (M, N, J, b, θ̇), or of these and a parameter, one compiled function of `TASK_SPACE` and it.
 
-    Its b is that of `commanded_acceleration`. Its torque is written to the last argument but for the parameter, shape
+    Its b is that of `commanded_acceleration`. Of J only the m first rows count. Its torque is written to the last argument but for the parameter, shape
     (n,), which takes less time than an array that is handed out; one that is not finite is refused before.
 
     Args:
@@ -59,10 +60,12 @@ def task_space_law(*parameter: str) -> Callable[[F], F]:
 
         # Numba compiles no *parameters for types that are given beforehand.
         def plain(M, nle, J, drift, x, v, desired, gains, tau):  # type: ignore[no-untyped-def]
+            J = J[: len(drift)]
             b = commanded_acceleration(J, drift, x, v, desired, gains)
             tau[:] = require_finite(torque(M, nle, J, b, v))
 
         def with_parameter(M, nle, J, drift, x, v, desired, gains, tau, parameter):  # type: ignore[no-untyped-def]
+            J = J[: len(drift)]
             b = commanded_acceleration(J, drift, x, v, desired, gains)
             tau[:] = require_finite(torque(M, nle, J, b, v, parameter))
 

@@ -22,6 +22,17 @@ def times(A: Array, x: Array) -> Array:
     return y
 
 
+@compiled(VECTOR, VECTOR)
+def dot(x: Array, y: Array) -> float:
+    """Return xᵀy of x and y (n,)."""
+    if len(x) != len(y):
+        raise ValueError("the shapes of a product do not fit")
+    total = 0.0
+    for i in range(len(x)):
+        total += x[i] * y[i]
+    return total
+
+
 @compiled(VECTOR, MATRIX, VECTOR)
 def add_times(y: Array, A: Array, x: Array) -> None:
     """Add A x to y, of A (m, n), x (n,) and y (m,)."""

@@ -57,7 +57,9 @@ def least_norm(A: Array, B: Array) -> Array:
         return product_with_transpose(B, _truncated(A))
     X = np.zeros((len(B), A.shape[1]))
     _add_product(B, inverse, A, X)
-    _add_product(B - product_with_transpose(X, A), inverse, A, X)
+    missing = product_with_transpose(X, A)
+    np.subtract(B, missing, missing)
+    _add_product(missing, inverse, A, X)
     return X
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from .array import Array
-from .cholesky import cholesky, cholesky_solve, cholesky_solve_vector
+from .cholesky import cholesky, cholesky_solve_in_place, cholesky_solve_vector
 from .compiled import MATRIX, NUMBER, VECTOR, compiled
-from .products import times
-from .pseudoinverse import least_norm, least_norm_solution
+from .products import dot, times
+from .pseudoinverse import least_norm_solution
 
 
 @compiled(MATRIX, VECTOR)
@@ -43,17 +43,20 @@ def homogeneous_acceleration(M: Array, tau: Array, tau_tilde: Array) -> Array:
 
 
 @compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR)
-def _both_torques(M: Array, nle: Array, J: Array, b: Array, v: Array) -> tuple[Array, Array, Array, float]:
-    """Return τ̃ of Eq. (7), the minimum torque of Eq. (11), θ̇_H of Eq. (15) and θ̇_H·θ̈_H of Eq. (12)."""
-    tasks = np.empty((2, len(b)))
-    tasks[0], tasks[1] = b, times(J, v)
-    joints = least_norm(J, tasks)
-    tau_tilde, theta_dot_H = times(M, joints[0]) + nle, v - joints[1]
-    L = cholesky(M)
-    A = cholesky_solve(L, J)
+def _both_torques(M: Array, nle: Array, J: Array, b: Array, v: Array) -> tuple[Array, Array, float]:
+    """Return τ̃ of Eq. (7), the minimum torque of Eq. (11) and θ̇_H·θ̈_H of Eq. (12).
+
+    J θ̈_H = 0, so that θ̇·θ̈_H is the same as θ̇_H·θ̈_H, and (M⁻¹θ̇)·(τ − τ̃) is that.
+    """
+    m, n = J.shape
+    rows = np.empty((m + 1, n))
+    rows[:m], rows[m] = J, v
+    cholesky_solve_in_place(cholesky(M), rows)
+    A, M_inv_v = rows[:m], rows[m]
+    tau_tilde = times(M, least_norm_solution(J, b))
+    tau_tilde += nle
     tau_minimum = least_norm_solution(A, b + times(A, nle))
-    theta_ddot_H = cholesky_solve_vector(L, tau_minimum - tau_tilde)
-    return tau_tilde, tau_minimum, theta_dot_H, np.sum(theta_dot_H * theta_ddot_H)
+    return tau_tilde, tau_minimum, dot(M_inv_v, tau_minimum - tau_tilde)
 
 
 @compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, NUMBER)
@@ -73,9 +76,8 @@ def switched_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: floa
     Returns:
         τ, shape (n,), N m.
     """
-    tau_tilde, tau_minimum, theta_dot_H, product = _both_torques(M, nle, J, b, v)
-    # A product of rounding errors is no reason to switch when there is no self-motion.
-    return tau_minimum if product < 0.0 and np.any(theta_dot_H) else tau_tilde
+    tau_tilde, tau_minimum, product = _both_torques(M, nle, J, b, v)
+    return tau_minimum if product < 0.0 else tau_tilde
 
 
 @compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, NUMBER)
@@ -93,8 +95,9 @@ def dead_beat_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: flo
     Returns:
         τ, shape (n,), N m.
     """
-    tau_tilde, tau_minimum, theta_dot_H, product = _both_torques(M, nle, J, b, v)
-    speed_squared = np.sum(theta_dot_H**2)
+    tau_tilde, tau_minimum, product = _both_torques(M, nle, J, b, v)
+    theta_dot_H = homogeneous_velocity(J, v)
+    speed_squared = dot(theta_dot_H, theta_dot_H)
     if product >= 0.0 or speed_squared == 0.0:
         return tau_tilde
     return tau_tilde + min(1.0, speed_squared / (-product * dt)) * (tau_minimum - tau_tilde)
@@ -115,8 +118,9 @@ def brake_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: float) 
     Returns:
         τ, shape (n,), N m.
     """
-    tau_tilde, _, theta_dot_H, product = _both_torques(M, nle, J, b, v)
-    speed_squared = np.sum(theta_dot_H**2)
+    tau_tilde, _, product = _both_torques(M, nle, J, b, v)
+    theta_dot_H = homogeneous_velocity(J, v)
+    speed_squared = dot(theta_dot_H, theta_dot_H)
     if product >= 0.0 or speed_squared == 0.0:
         return tau_tilde
     return tau_tilde + max(product / speed_squared, -1.0 / dt) * times(M, theta_dot_H)

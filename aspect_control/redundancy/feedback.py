@@ -48,9 +48,9 @@ def commanded_acceleration(J: Array, drift: Array, x: Array, v: Array, desired: 
 def task_space_law(*parameter: str) -> Callable[[F], F]:
     """Make a law of (M, N, J, b, θ̇), or of these and a parameter, one compiled function of `TASK_SPACE` and it.
 
-    Its b is that of `commanded_acceleration`. Of J only the m first rows count. Its torque is written to the last argument
-    but for the parameter, shape (n,), which takes less time than an array that is handed out; one that is not finite is
-    refused before.
+    Its b is that of `commanded_acceleration`. Of J only the m first rows count. Its torque is written to the last
+    argument but for the parameter, shape (n,), which takes less time than an array that is handed out; one that is not
+    finite is refused before.
 
     Args:
         *parameter: Type of the parameter, as for `compiled`, if there is one.

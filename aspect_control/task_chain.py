@@ -128,9 +128,9 @@ class TaskChain(ConfigurationSpace):
         return terms
 
     def unchecked_state_without_task(self, q: Array, v: Array) -> ArmState:
-        """Return `unchecked_state` with NaN for x and drift, which take half of its time.
+        """Return `unchecked_state` with NaN for x and drift.
 
-        For laws that resolve redundancy in velocities and ask for neither.
+        For laws that resolve redundancy in velocities, ask for neither and need not wait for them.
 
         Args:
             q: Joint configuration, shape (nq,), rad.

@@ -414,16 +414,25 @@ def test_switching_on_compiled_text_is_the_law_as_printed(panda):
 # The benchmark
 
 
-def test_a_call_is_timed_when_it_has_been_called_before():
+def test_a_call_is_timed_when_it_has_been_called_before(monkeypatch):
     from aspect_control.benchmark.timing import in_turn
 
-    calls = []
-    seconds = in_turn({"one": lambda: calls.append("one"), "other": lambda: calls.append("other")}, 3)
-    assert seconds["one"].shape == (3,)
-    one = calls.count("one")
-    in_turn({"one": lambda: calls.append("one")}, 6)
-    # Every round calls it about as often as a millisecond has room for, and a quarter as often before.
-    assert calls.count("one") - one > one
+    # A clock that only the calls move: 0.1 ms each, but ten times that for the first two after another call's turn.
+    now, last, cold = 0.0, "", 0
+    calls = {"one": 0, "other": 0}
+
+    def call(name):
+        nonlocal now, last, cold
+        cold = 2 if name != last else max(cold - 1, 0)
+        now, last = now + (1e-3 if cold else 1e-4), name
+        calls[name] += 1
+
+    monkeypatch.setattr("aspect_control.benchmark.timing.time.perf_counter", lambda: now)
+    seconds = in_turn({name: lambda name=name: call(name) for name in calls}, 7)
+    for name, times in seconds.items():
+        np.testing.assert_allclose(times, np.full(7, 1e-4), rtol=1e-6)
+        # Ten timed and three before in every round, besides those that tell how many.
+        assert 7 * 13 <= calls[name] <= 7 * 13 + 40
     # A call that returns seconds is taken at its word.
     np.testing.assert_array_equal(in_turn({"measured": lambda: 2.0}, 4)["measured"], np.full(4, 2.0))
 

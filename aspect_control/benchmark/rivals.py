@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import subprocess
 import sys
@@ -19,7 +20,7 @@ from ..exceptions import ParameterError
 from . import arms
 from .floor import floor
 from .ticks import tick
-from .timing import Call, Row, around, in_turn
+from .timing import WARM, Call, Row, around, in_turn
 
 TICKS = 200
 """Ticks that PlaCo's process makes in one round."""
@@ -120,7 +121,13 @@ def _placo(arm: Arm, python: str) -> Iterator[Call]:
         if not ask(json.dumps(job)).startswith("ready"):
             said = process.stderr.read().strip().splitlines()[-1:] if process.stderr else []
             raise ParameterError(f"--placo-python must be a Python that has PlaCo, got {python}: {' '.join(said)}")
-        yield lambda: float(ask(str(TICKS)))
+
+        def timed() -> float:
+            # Begins warm, as the calls of `in_turn` do.
+            ask(str(math.ceil(WARM * TICKS)))
+            return float(ask(str(TICKS)))
+
+        yield timed
         orders.close()
 
 

@@ -77,12 +77,14 @@ def in_turn(calls: Mapping[str, Call], rounds: int) -> dict[str, Array]:
     Returns:
         Seconds of one call in each round, shape (rounds,), by name.
     """
-    repeats = {name: _repeats(call) for name, call in calls.items()}
+    repeats = {name: 0 if type(call()) is float else _repeats(call) for name, call in calls.items()}
     seconds: dict[str, list[float]] = {name: [] for name in calls}
     for _ in range(rounds):
         for name, call in calls.items():
-            if repeats[name] > 1:
-                _time(call, math.ceil(WARM * repeats[name]))
+            if repeats[name] == 0:
+                seconds[name].append(call())
+                continue
+            _time(call, math.ceil(WARM * repeats[name]))
             seconds[name].append(_time(call, repeats[name]))
     return {name: np.array(values) for name, values in seconds.items()}
 
@@ -101,17 +103,14 @@ def _endless(arguments: list[Any]) -> Iterator[Any]:
 def _time(call: Call, repeats: int) -> float:
     begin = time.perf_counter()
     for _ in range(repeats):
-        measured = call()
-    elapsed = (time.perf_counter() - begin) / repeats
-    return measured if type(measured) is float else elapsed
+        call()
+    return (time.perf_counter() - begin) / repeats
 
 
 def _repeats(call: Call) -> int:
-    """Return how many calls take about `BATCH`, told by batches that double, for the first calls are slow."""
-    if type(call()) is float:
-        return 1
+    """Return how many calls take about `BATCH`: batches double, the faster of two counts, for first calls are slow."""
     repeats = 1
-    while repeats * (seconds := _time(call, repeats)) < BATCH / 2.0:
+    while repeats * (seconds := min(_time(call, repeats), _time(call, repeats))) < BATCH / 2.0:
         repeats *= 2
     return max(1, round(BATCH / seconds))
 

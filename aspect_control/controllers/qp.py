@@ -243,21 +243,18 @@ class QPTorque(TaskSpaceController):
 
         If not, `_torques_kept` holds what a solver is to choose from. For torque limits alone.
         """
-        scaled = before == "scaled"
-        law, shape = (
-            (self._scaled_as_before, self._scaled_shape) if scaled else (self._kept_as_before, self._kept_shape)
-        )
-        known, how, tau = law(
-            *self.terms(state, target), self._torque_limit, self._buffer, self._solver.multipliers(shape)
-        )
+        tau: Array
+        given = *self.terms(state, target), self._torque_limit, self._buffer
+        if before == "scaled":
+            known, scale, tau = self._scaled_as_before(*given, self._solver.multipliers(self._scaled_shape))
+            status = QPStatus("scaled", scale, SAME_LIMITS, 0)
+        else:
+            known, held, tau = self._kept_as_before(*given, self._solver.multipliers(self._kept_shape))
+            status = _HELD if held else _FREE
         if not known:
             return None
-        if scaled:
-            self.status = QPStatus("scaled", how, SAME_LIMITS, 0)
-        else:
-            self.status = _HELD if how else _FREE
-        torque: Array = tau
-        return torque
+        self.status = status
+        return tau
 
     def _scaled_again(self, torques: Torques) -> Array | None:
         """Return the torque if the task was scaled back at the last sample and is so again, by the same limits."""

@@ -24,6 +24,16 @@ def _keep(Q: Array, c: Array, d: Array, torque_limit: Array, buffer: Array) -> N
     rest[0], rest[1], rest[2], rest[3] = c, d, -torque_limit - d, torque_limit - d
 
 
+@compiled(*TASK_SPACE)
+def _open_torques(
+    M: Array, nle: Array, J: Array, drift: Array, x: Array, v: Array, desired: Array, gains: Array
+) -> tuple[Array, Array, Array]:
+    """Return Q, c and d of the commanded task acceleration; refuse what is not finite."""
+    Q, c, d = open_torques(M, nle, J, commanded_acceleration(J, drift, x, v, desired, gains))
+    require_finite(c + d)
+    return Q, c, d
+
+
 @compiled(*TASK_SPACE, VECTOR, VECTOR)
 def torques_and_bounds(
     M: Array,
@@ -38,8 +48,7 @@ def torques_and_bounds(
     buffer: Array,
 ) -> None:
     """Fill the buffer; refuse what is not finite."""
-    Q, c, d = open_torques(M, nle, J, commanded_acceleration(J, drift, x, v, desired, gains))
-    require_finite(c + d)
+    Q, c, d = _open_torques(M, nle, J, drift, x, v, desired, gains)
     _keep(Q, c, d, torque_limit, buffer)
 
 
@@ -61,8 +70,8 @@ def torque_as_before(
 
     If not, the buffer is filled.
     """
-    Q, c, d = open_torques(M, nle, J, commanded_acceleration(J, drift, x, v, desired, gains))
-    r, least = Q.shape[1], require_finite(c + d)
+    Q, c, d = _open_torques(M, nle, J, drift, x, v, desired, gains)
+    r, least = Q.shape[1], c + d
     known, eta, mu = minimum_known(np.ones(r), np.zeros(r), Q, -torque_limit - least, torque_limit - least, multipliers)
     if known:
         return True, bool(np.any(mu)), open_torque(Q, c, d, eta, 1.0, torque_limit)
@@ -88,12 +97,12 @@ def scaled_as_before(
 
     If not, the buffer is filled.
     """
-    Q, c, d = open_torques(M, nle, J, commanded_acceleration(J, drift, x, v, desired, gains))
-    least, r = require_finite(c + d), Q.shape[1]
+    Q, c, d = _open_torques(M, nle, J, drift, x, v, desired, gains)
+    r = Q.shape[1]
     p, q, A, lower, upper = task_scaled(Q, c, -torque_limit - d, torque_limit - d)
     known, solution, _ = minimum_known(p, q, A, lower, upper, multipliers)
     if known and no_torque_keeps_the_task(q, upper, solution, torque_limit):
         s = scale_of(c, float(solution[r]))
         return True, s, open_torque(Q, c, d, solution[:r], s, torque_limit)
     _keep(Q, c, d, torque_limit, buffer)
-    return False, 1.0, least
+    return False, 1.0, d

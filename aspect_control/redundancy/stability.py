@@ -96,9 +96,11 @@ def dead_beat_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: flo
         τ, shape (n,), N m.
     """
     tau_tilde, tau_minimum, product = _both_torques(M, nle, J, b, v)
+    if product >= 0.0:
+        return tau_tilde
     theta_dot_H = homogeneous_velocity(J, v)
     speed_squared = dot(theta_dot_H, theta_dot_H)
-    if product >= 0.0 or speed_squared == 0.0:
+    if speed_squared == 0.0:
         return tau_tilde
     return tau_tilde + min(1.0, speed_squared / (-product * dt)) * (tau_minimum - tau_tilde)
 
@@ -119,9 +121,11 @@ def brake_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: float) 
         τ, shape (n,), N m.
     """
     tau_tilde, _, product = _both_torques(M, nle, J, b, v)
+    if product >= 0.0:
+        return tau_tilde
     theta_dot_H = homogeneous_velocity(J, v)
     speed_squared = dot(theta_dot_H, theta_dot_H)
-    if product >= 0.0 or speed_squared == 0.0:
+    if speed_squared == 0.0:
         return tau_tilde
     return tau_tilde + max(product / speed_squared, -1.0 / dt) * times(M, theta_dot_H)
 

@@ -9,7 +9,7 @@ from .tasks import TaskValue
 
 
 class ArmState(NamedTuple):
-    """Everything that a torque law needs at (q, v). Arrays belong to the state and do not change.
+    """Everything that a torque law needs at (q, v). Its arrays are read-only.
 
     Rows of J, drift and dx are the task coordinates: positions in m, rotations in rad, world frame.
 

@@ -8,43 +8,100 @@ from numbers import Real
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .exceptions import NonFiniteError, ParameterError, ShapeError
 from .redundancy import Array
 
+LARGEST = 1e50
+"""Largest magnitude of a number that is taken, in whatever unit: no arm needs more, and its powers do not overflow."""
+
 _FLOAT = np.dtype(np.float64)
 
 
+def is_finite(vector: Array) -> bool:
+    """Return whether a vector, shape (any,), holds neither NaN nor infinity; in a fifth of the time of `np.isfinite`."""
+    return isfinite(sum(vector.tolist()))
+
+
 def finite_vector(name: str, value: ArrayLike, size: int | None = None) -> Array:
-    """Return a copy of `value` as a vector of finite floats.
+    """Return a read-only copy of `value` as a vector of finite floats.
 
     Args:
         name: What the value is called in the error.
-        value: Anything NumPy reads as a vector.
+        value: A vector of real numbers: an array of any memory order, of floats or integers of any size and byte order,
+            or a sequence. Booleans, complex numbers and masked arrays are none.
         size: The number of entries expected; None for any number.
 
     Returns:
         The vector, of shape (size,).
 
     Raises:
-        ShapeError: If it is not a vector of `size` numbers.
-        NonFiniteError: If an entry is NaN or infinite.
+        ShapeError: If it is not a vector of `size` real numbers.
+        NonFiniteError: If an entry is NaN, infinite or beyond `LARGEST`.
     """
     if type(value) is np.ndarray and value.dtype is _FLOAT and value.ndim == 1 and size in (None, len(value)):
-        copy: Array = value.copy()
-        if isfinite(sum(copy.tolist())):
-            return copy  # the usual case, without NumPy's checks, which take several times as long
-    try:
-        vector = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ShapeError(f"{name} must be a vector of numbers, got {value!r}") from None
-    if vector.ndim != 1 or (size is not None and vector.shape[0] != size):
-        expected = f"({size},)" if size is not None else "(any,)"
-        raise ShapeError(f"{name} must have shape {expected}, got {vector.shape}")
-    if not np.isfinite(vector).all():
-        raise NonFiniteError(f"{name} must be finite, got {vector.tolist()}")
+        vector = value.copy()
+    else:
+        vector = real_array(name, value, "a vector of numbers")
+        if vector.ndim != 1 or (size is not None and vector.shape[0] != size):
+            expected = f"({size},)" if size is not None else "(any,)"
+            raise ShapeError(f"{name} must have shape {expected}, got {vector.shape}")
+    if not vector.dot(vector) <= LARGEST:
+        require_finite(name, vector)
+    vector.setflags(False)
     return vector
+
+
+def real_array(name: str, value: Any, expected: str) -> Array:
+    """Return a copy of `value` as an array of floats of any shape; entries may be infinite or NaN.
+
+    Args:
+        name: What the value is called in the error.
+        value: What is taken for one.
+        expected: What it should be, for the error.
+
+    Raises:
+        ShapeError: If it is no array of real numbers.
+    """
+    try:
+        array = np.asarray(value)
+        is_real = array.dtype.kind in "iuf" and not isinstance(value, np.ma.MaskedArray) and not _holds_boolean(value)
+        if is_real:
+            return np.array(array, dtype=np.float64, order="C")
+    except Exception as error:
+        raise ShapeError(f"{name} must be {expected}, got {_shown(value)}: {error}") from None
+    raise ShapeError(f"{name} must be {expected}, got {_kind(value, array)}: {_shown(value)}")
+
+
+def require_finite(name: str, array: Array) -> None:
+    """Make sure that an array holds neither NaN nor infinity nor a number beyond `LARGEST`.
+
+    Raises:
+        NonFiniteError: If it does.
+    """
+    if not np.isfinite(array).all():
+        raise NonFiniteError(f"{name} must be finite, got {array.tolist()}")
+    if np.abs(array).max(initial=0.0) > LARGEST:
+        raise NonFiniteError(f"{name} must be at most {LARGEST:g} in magnitude, got {array.tolist()}")
+
+
+def _holds_boolean(value: Any) -> bool:
+    return isinstance(value, (list, tuple)) and any(isinstance(entry, (bool, np.bool_)) for entry in value)
+
+
+def _kind(value: Any, array: NDArray[Any]) -> str:
+    if isinstance(value, np.ma.MaskedArray):
+        return "a masked array"
+    return "booleans" if _holds_boolean(value) else f"{type(value).__name__} of {array.dtype}"
+
+
+def _shown(value: Any) -> str:
+    try:
+        text = repr(value)
+    except Exception:
+        return f"an unprintable {type(value).__name__}"
+    return text if len(text) <= 200 else f"{text[:200]}…"
 
 
 def finite_number(name: str, value: Any) -> float:
@@ -107,7 +164,7 @@ def gain_matrix(name: str, value: ArrayLike, size: int) -> Array:
         size: The number of coordinates fed back.
 
     Returns:
-        The gain, of shape (size, size).
+        The gain, of shape (size, size), read-only.
 
     Raises:
         ShapeError: If it has another shape.
@@ -115,19 +172,17 @@ def gain_matrix(name: str, value: ArrayLike, size: int) -> Array:
         ParameterError: If it is negative: an entry of a scalar or vector below zero, or a matrix whose symmetric
             part is not positive semidefinite.
     """
-    try:
-        gain = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ShapeError(f"{name} must be a number, a vector or a matrix, got {value!r}") from None
+    gain = real_array(name, value, "a number, a vector or a matrix")
     if gain.shape not in ((), (size,), (size, size)):
         raise ShapeError(f"{name} must be a scalar or have shape ({size},) or ({size}, {size}), got shape {gain.shape}")
-    if not np.isfinite(gain).all():
-        raise NonFiniteError(f"{name} must be finite, got {gain.tolist()}")
+    require_finite(name, gain)
     matrix = gain if gain.ndim == 2 else np.diag(np.broadcast_to(gain, (size,)))
     smallest = np.linalg.eigvalsh(matrix / 2.0 + matrix.T / 2.0).min()
     if smallest < -np.finfo(np.float64).eps * np.abs(matrix).max():
         raise ParameterError(f"{name} must not be negative, got {gain.tolist()}")
-    return np.ascontiguousarray(matrix)
+    matrix = np.array(matrix, order="C")
+    matrix.setflags(write=False)
+    return matrix
 
 
 def _number(name: str, value: Any) -> float:

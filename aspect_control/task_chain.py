@@ -24,11 +24,10 @@ from .configuration_space import ConfigurationSpace
 from .exceptions import ModelError
 from .hessian import frame_kinematic_hessian
 from .redundancy import Array
-from .tasks import POSITION_AXES, Task, TaskValue
+from .tasks import Task, TaskValue
 
 _WORLD_ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 _WORLD = pin.Convention.WORLD
-_new_tuple = tuple.__new__
 
 
 class TaskChain(ConfigurationSpace):
@@ -63,10 +62,6 @@ class TaskChain(ConfigurationSpace):
         self._frame_id = require_frame(model, frame)
         self._rows = coordinates.selection
         self._zero = np.zeros(self.nv)
-        self._unknown = np.full(self.task_dim, np.nan)
-        self._last_state: tuple[Any, ...] | None = None
-        self._rows_first = self._rows == slice(0, self.task_dim)
-        self._is_xyz = self.task == POSITION_AXES
         self._require_positive_inertia()
 
     def state(self, q: ArrayLike, v: ArrayLike) -> ArmState:
@@ -80,71 +75,23 @@ class TaskChain(ConfigurationSpace):
             v: Joint velocity, shape (nv,), rad/s.
 
         Raises:
-            ShapeError: If q or v has the wrong shape.
-            NonFiniteError: If q or v holds NaN or infinity.
+            ShapeError: If q or v has the wrong shape or holds no real numbers.
+            NonFiniteError: If q or v holds NaN, infinity or a number beyond `checks.LARGEST`.
             ParameterError: If the cosine and sine of a continuous joint have not length 1.
         """
-        state = self.unchecked_state(self.checked_configuration(q), finite_vector("v", v, self.nv))
-        self._last_state = state = state._replace(x=state.x.copy())
-        return state
-
-    def unchecked_state(self, q: Array, v: Array) -> ArmState:
-        """Return the state at (q, v) for a moment: q and v are kept as they are, and x only until the next call.
-
-        For laws whose own text checks what they take.
-
-        Args:
-            q: Joint configuration, shape (nq,), rad.
-            v: Joint velocity, shape (nv,), rad/s.
-        """
-        # What a NamedTuple's own constructor does, in half the time.
-        q, v, M, nle, J, drift, x = self.unchecked_terms(q, v)
-        self._last_state = state = _new_tuple(ArmState, (q, v, M, nle, J[: self.task_dim], drift, x))
-        return state
-
-    def unchecked_terms(self, q: Array, v: Array) -> tuple[Any, ...]:
-        """Return `unchecked_state` as a plain tuple, for laws that only take it apart.
-
-        Where the task's rows are the first of the frame's Jacobian, J is the whole of it, shape (6, nv).
-
-        Args:
-            q: Joint configuration, shape (nq,), rad.
-            v: Joint velocity, shape (nv,), rad/s.
-        """
-        model, data, frame, rows = self.model, self._data, self._frame_id, self._rows
-        M = crba(model, data, q, _WORLD)
+        q, v = self.checked_configuration(q), finite_vector("v", v, self.nv)
+        model, data, frame = self.model, self._data, self._frame_id
+        M = crba(model, data, q, _WORLD).reshape(self.nv, self.nv)
         nle = nonLinearEffects(model, data, q, v)
         forwardKinematics(model, data, q, v, self._zero)
-        pose = updateFramePlacement(model, data, frame)
-        J = getFrameJacobian(model, data, frame, _WORLD_ALIGNED)
-        acceleration = getFrameClassicalAcceleration(model, data, frame, _WORLD_ALIGNED)
-        if self._is_xyz:
-            x, drift = pose.translation, acceleration.linear
-        else:
-            x, drift = self.coordinates.value(pose), acceleration.vector[rows]
-        if self.nv == 1:  # eigenpy hands a matrix of one column over as a vector
-            M, J = M.reshape(1, 1), J.reshape(6, 1)
-        self._last_state = terms = (q, v, M, nle, J if self._rows_first else J[rows], drift, x)
-        return terms
-
-    def unchecked_state_without_task(self, q: Array, v: Array) -> ArmState:
-        """Return `unchecked_state` with NaN for x and drift.
-
-        For laws that resolve redundancy in velocities, ask for neither and need not wait for them.
-
-        Args:
-            q: Joint configuration, shape (nq,), rad.
-            v: Joint velocity, shape (nv,), rad/s.
-        """
-        model, data = self.model, self._data
-        M = crba(model, data, q, _WORLD)
-        nle = nonLinearEffects(model, data, q, v)
-        J = getFrameJacobian(model, data, self._frame_id, _WORLD_ALIGNED)
-        if self.nv == 1:
-            M, J = M.reshape(1, 1), J.reshape(6, 1)
-        unknown = self._unknown
-        self._last_state = state = _new_tuple(ArmState, (q, v, M, nle, J[self._rows], unknown, unknown))
-        return state
+        x = self.coordinates.value(updateFramePlacement(model, data, frame))
+        J = self._task_rows(getFrameJacobian(model, data, frame, _WORLD_ALIGNED))
+        drift = getFrameClassicalAcceleration(model, data, frame, _WORLD_ALIGNED).vector[self._rows].copy()
+        for array in (M, nle, J, drift):
+            array.setflags(False)
+        if not self.coordinates.has_rotation:
+            x.setflags(False)
+        return ArmState(q, v, M, nle, J, drift, x)
 
     def jacobian(self, q: ArrayLike) -> Array:
         """Return the Jacobian J of the task coordinates, shape (m, nv), world frame.
@@ -157,7 +104,6 @@ class TaskChain(ConfigurationSpace):
             NonFiniteError: If q holds NaN or infinity.
         """
         q = self.checked_configuration(q)
-        self._last_state = None
         return self._task_rows(pin.computeFrameJacobian(self.model, self._data, q, self._frame_id, _WORLD_ALIGNED))
 
     def jacobian_derivative(self, q: ArrayLike) -> Array:
@@ -170,22 +116,8 @@ class TaskChain(ConfigurationSpace):
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        self._last_state = None
         computeJointKinematicHessians(self.model, self._data, self.checked_configuration(q))
-        derivative: Array = frame_kinematic_hessian(self.model, self._data, self._frame_id)[self._rows]
-        return derivative
-
-    def jacobian_derivative_at(self, state: ArmState) -> Array:
-        """Return `jacobian_derivative` at a state; for the last one computed, with what Pinocchio still knows of it.
-
-        Args:
-            state: A state of this arm.
-        """
-        if state is not self._last_state:
-            return self.jacobian_derivative(state.q)
-        computeJointKinematicHessians(self.model, self._data)
-        derivative: Array = frame_kinematic_hessian(self.model, self._data, self._frame_id)[self._rows]
-        return derivative
+        return np.ascontiguousarray(frame_kinematic_hessian(self.model, self._data, self._frame_id)[self._rows])
 
     def task_position(self, q: ArrayLike) -> TaskValue:
         """Return the task value x at q: shape (m,), m, or a `pin.SE3` for a task with rotations.
@@ -197,22 +129,8 @@ class TaskChain(ConfigurationSpace):
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        self._last_state = None
         pin.forwardKinematics(self.model, self._data, self.checked_configuration(q))
         return self.coordinates.value(pin.updateFramePlacement(self.model, self._data, self._frame_id))
-
-    def task_position_at(self, q: Array) -> TaskValue:
-        """Return `task_position` at a valid configuration; at the q of the last state, the same array, what it holds.
-
-        Args:
-            q: Joint configuration, shape (nq,), rad; an array that has not changed since.
-        """
-        if self._last_state is None:
-            return self.task_position(q)
-        q_last, *_, x_last = self._last_state
-        if q_last is not q or x_last is self._unknown:
-            return self.task_position(q)
-        return x_last if self.coordinates.has_rotation else x_last.copy()
 
     def skeleton(self, q: ArrayLike) -> Array:
         """Return where the joints and the task frame are, for drawing.
@@ -227,7 +145,6 @@ class TaskChain(ConfigurationSpace):
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        self._last_state = None
         pin.forwardKinematics(self.model, self._data, self.checked_configuration(q))
         tip = pin.updateFramePlacement(self.model, self._data, self._frame_id)
         joints = [self._data.oMi[i].translation for i in range(1, self.model.njoints)]
@@ -255,7 +172,7 @@ class TaskChain(ConfigurationSpace):
 
     def _task_rows(self, frame_jacobian: Array) -> Array:
         """Return the task's rows of a frame Jacobian, which eigenpy hands over as a vector if there is one joint."""
-        return (frame_jacobian if self.nv > 1 else frame_jacobian.reshape(6, 1))[self._rows]
+        return np.ascontiguousarray(frame_jacobian.reshape(6, self.nv)[self._rows])
 
     def _require_positive_inertia(self) -> None:
         M = pin.crba(self.model, self._data, pin.neutral(self.model), pin.Convention.WORLD)

@@ -176,7 +176,6 @@ def test_jmdc_climbs_the_minor_measure_from_the_second_sample_on(planar):
 
 def test_jmdc_needs_no_gradient_when_kappa_is_zero(planar, monkeypatch):
     monkeypatch.setattr(Arm, "jacobian_derivative", None)
-    monkeypatch.setattr(Arm, "jacobian_derivative_at", None)
     controller = controllers.JMinorDynamicControl(planar, kappa=0.0)
     assert np.isfinite(torques(controller, random_samples(planar, 3, seed=8))).all()
 

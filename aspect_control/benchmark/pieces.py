@@ -80,7 +80,7 @@ def pieces(name: str, arm: Arm, rounds: int) -> list[Row]:
             "numpy inv, one by one": around(
                 lambda pair: literal.minor_measure_gradient(pair[0], pair[1], columns), derivatives
             ),
-            "aspect-control": around(lambda pair: expanded_gradient(pair[0], pair[1], terms, count), derivatives),
+            "aspect-control": around(lambda pair: expanded_gradient(pair[0], pair[1], terms), derivatives),
         },
     }
     rows = []

@@ -43,7 +43,7 @@ def many_minors(rounds: int) -> list[Row]:
     terms, count = laplace_expansion(arm.minor_columns), len(arm.minor_columns)
 
     def gradient(sample: Sample) -> object:
-        return expanded_gradient(sample.state.J, arm.jacobian_derivative(sample.q), terms, count)
+        return expanded_gradient(sample.state.J, arm.jacobian_derivative(sample.q), terms)
 
     calls = {"floor": around(floor(arm), samples), f"{count:,} minors and ∇H": around(gradient, samples)}
     seconds = in_turn(calls, rounds)

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import Arm, ArmState
-from ..checks import finite_vector, gain_matrix, positive
-from ..exceptions import NonFiniteError, NotRedundantError, ShapeError
+from ..checks import finite_vector, gain_matrix, is_finite, positive
+from ..exceptions import NonFiniteError, NotRedundantError, ParameterError, ShapeError
 from ..redundancy import Array
-from ..redundancy.compiled import prepared
 from ..redundancy.feedback import commanded_acceleration
 from ..trajectories import Target
 
@@ -24,35 +22,25 @@ class Controller(ABC):
     A law implements `command`; one with memory also implements `start`. Users call `reset` once and then `torque` at
     every sample.
 
+    All that a law carries from one sample to the next is in `memory`, one value that `start` and `command` replace and
+    never change: a call that is refused puts the old one back and leaves no trace.
+
     Attributes:
         name: Name in the registry.
         switches: Whether the law turns its null-space term on and off.
-        is_compiled: Whether `command` is compiled text that refuses, by an exception and before the law's memory
-            changes, what does not fit or is not finite, its own result included. A subclass with a `command` of its
-            own says so itself.
-        compiled_text: Functions made by `redundancy.compiled.compiled` that the law needs: they are loaded, or compiled
-            the first time on a machine, when the law is made and not in its first tick.
         arm: The arm.
-        kp: Position gain, 1/s².
-        kv: Velocity gain, 1/s.
+        memory: What the law remembers of the motion; None for a law without memory, and before `reset`.
     """
 
     name: ClassVar[str]
     switches: ClassVar[bool] = False
-    is_compiled: ClassVar[bool] = False
-    compiled_text: ClassVar[tuple[Callable[..., Any], ...]] = ()
-
-    def __init_subclass__(cls) -> None:
-        """Take no `command` for compiled that does not say so."""
-        super().__init_subclass__()
-        if "command" in vars(cls) and "is_compiled" not in vars(cls):
-            cls.is_compiled = False
+    memory: Any = None
 
     def __init__(self, arm: Arm, gain_dim: int, kp: ArrayLike, kv: ArrayLike) -> None:
         """Set the arm and the gains.
 
         Args:
-            arm: The arm; its task must leave at least one joint spare.
+            arm: The arm; its task must leave a redundant degree of freedom.
             gain_dim: Number of coordinates that are fed back.
             kp: Position gain, 1/s²: a scalar, a vector or a matrix.
             kv: Velocity gain, 1/s: a scalar, a vector or a matrix.
@@ -63,17 +51,25 @@ class Controller(ABC):
             NonFiniteError: If a gain is not finite.
             ParameterError: If a gain is negative.
         """
+        if not isinstance(arm, Arm):
+            raise ParameterError(f"{self.name} needs an Arm, got {type(arm).__name__}")
         if arm.redundancy < 1:
             raise NotRedundantError(
                 f"{self.name} needs a redundant arm: the task {arm.task} has {arm.task_dim} coordinates, "
                 f"{arm.name!r} has {arm.nv} joints; give a task of at most {arm.nv - 1} coordinates"
             )
-        self._texts = tuple(map(prepared, self.compiled_text))
         self.arm = arm
-        self._state_at: Callable[[Array, Array], Any] = arm.unchecked_state
-        self._has_rotation = arm.coordinates.has_rotation
-        self._gains = np.stack((gain_matrix("kp", kp, gain_dim), gain_matrix("kv", kv, gain_dim)))
-        self.kp, self.kv = self._gains
+        self._kp, self._kv = gain_matrix("kp", kp, gain_dim), gain_matrix("kv", kv, gain_dim)
+
+    @property
+    def kp(self) -> Array:
+        """Position gain K_p, 1/s², a square matrix; read-only, as a law keeps the parameters that it was made with."""
+        return self._kp
+
+    @property
+    def kv(self) -> Array:
+        """Velocity gain K_v, 1/s, a square matrix; read-only."""
+        return self._kv
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -95,10 +91,17 @@ class Controller(ABC):
         """
         q = self.arm.checked_configuration(q)
         v = finite_vector("v", v, self.arm.nv)
-        self.start(q, v, positive("dt", dt, "s"))
+        dt, memory = positive("dt", dt, "s"), self.memory
+        try:
+            self.start(q, v, dt)
+        except BaseException:
+            self.memory = memory
+            raise
 
     def torque(self, q: ArrayLike, v: ArrayLike, target: Target) -> Array:
         """Return the joint torque to apply until the next sample.
+
+        What `command` or a criterion raises reaches the caller as it is.
 
         Args:
             q: Measured joint configuration, shape (nq,), rad.
@@ -109,39 +112,35 @@ class Controller(ABC):
             τ, shape (nv,), N m. Always finite.
 
         Raises:
-            ShapeError: If q, v or the target has the wrong shape.
-            NonFiniteError: If q or v is not finite, or the torque overflows.
+            ShapeError: If q, v, the target or the torque has the wrong shape.
+            NonFiniteError: If q, v or the torque is not finite.
+            ParameterError: If `target` is no `Target`, or the cosine and sine of a continuous joint have not length 1.
             NotResetError: If the law has memory and `reset` was not called.
         """
-        if self.is_compiled and target.is_pose == self._has_rotation:
-            # Compiled text refuses what does not fit; only then it is worth the time to find out what was wrong.
-            try:
-                return self.command(self._state_at(q, v), target)  # type: ignore[arg-type]
-            except Exception:  # noqa: S110
-                pass
         self.require_target(target)
-        state = self.arm.state(q, v)
-        with np.errstate(over="ignore", invalid="ignore"):
-            try:
-                tau = self.command(state, target)
-            except FloatingPointError:
-                tau = np.full(self.arm.nv, np.nan)
-        if not np.isfinite(tau).all():
-            raise NonFiniteError(
-                f"{self.name}: the torque overflows at a joint speed of {np.abs(state.v).max():.3g} rad/s"
-            )
+        state, memory = self.arm.state(q, v), self.memory
+        try:
+            tau = self.command(state, target)
+            if type(tau) is not np.ndarray or tau.shape != state.v.shape or not is_finite(tau):
+                tau = self._checked(tau, state)
+        except BaseException:
+            self.memory = memory
+            raise
         return tau
 
     def require_target(self, target: Target) -> None:
         """Make sure that a target is one for the arm's task.
 
         Raises:
+            ParameterError: If it is no `Target`.
             ShapeError: If it has another number of coordinates, or a pose where positions are due or the reverse.
         """
-        arm = self.arm
-        if target.dx.shape != (arm.task_dim,) or target.is_pose != arm.coordinates.has_rotation:
-            expected = "a pin.SE3 as x and" if arm.coordinates.has_rotation else "an array as x and"
-            given = f"{type(target.x).__name__} and {target.dx.shape[0]}"
+        if not isinstance(target, Target):
+            raise ParameterError(f"target must be a Target(x, dx, ddx), got {type(target).__name__}")
+        arm, has_rotation = self.arm, self.arm.coordinates.has_rotation
+        if len(target.dx) != arm.task_dim or isinstance(target.x, np.ndarray) is has_rotation:
+            expected = "a pin.SE3 as x and" if has_rotation else "an array as x and"
+            given = f"{type(target.x).__name__} and {len(target.dx)}"
             raise ShapeError(
                 f"the target for the task {arm.task} must have {expected} {arm.task_dim} rates, got {given}"
             )
@@ -153,6 +152,26 @@ class Controller(ABC):
     def start(self, q: Array, v: Array, dt: float) -> None:  # noqa: B027
         """Set the law's memory for a motion that starts at (q, v); nothing to do for a law without memory."""
 
+    def _checked(self, tau: Any, state: ArmState) -> Array:
+        """Return a law's result as a torque, or say what is wrong with it."""
+        try:
+            torque = np.array(tau, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise ShapeError(f"{self.name}: command must return {self.arm.nv} torques, got {tau!r}") from None
+        if torque.shape != state.v.shape:
+            raise ShapeError(f"{self.name}: command must return shape {state.v.shape}, got {torque.shape}")
+        if not np.isfinite(torque).all():
+            raise NonFiniteError(
+                f"{self.name}: the torque is not finite at a joint speed of {np.abs(state.v).max():.3g} rad/s"
+            )
+        return torque
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take over what was pickled or copied, with its arrays read-only again."""
+        self.__dict__.update(state)
+        for gain in (self._kp, self._kv):
+            gain.setflags(write=False)
+
 
 class TaskSpaceController(Controller):
     """A law that commands a task acceleration and feeds back the task error."""
@@ -161,7 +180,7 @@ class TaskSpaceController(Controller):
         """Set the arm and the task-space gains.
 
         Args:
-            arm: The arm; its task must leave at least one joint spare.
+            arm: The arm; its task must leave a redundant degree of freedom.
             kp: Position gain K_p, 1/s²: a scalar, a vector of m entries or an (m, m) matrix.
             kv: Velocity gain K_v, 1/s: a scalar, a vector of m entries or an (m, m) matrix.
 
@@ -171,23 +190,19 @@ class TaskSpaceController(Controller):
             NonFiniteError: If a gain is not finite.
             ParameterError: If a gain is negative.
         """
-        super().__init__(arm, arm.task_dim, kp, kv)
-        self._commanded_acceleration = prepared(commanded_acceleration)
+        super().__init__(arm, arm.task_dim if isinstance(arm, Arm) else 0, kp, kv)
 
     def commanded_acceleration(self, state: ArmState, target: Target) -> Array:
         """Return ẍ_d + K_v ė + K_p e − J̇θ̇ of Eq. (5), shape (m,), m/s² and rad/s².
 
-        The rotation rows of e are the rotation vector from the actual to the desired orientation.
+        The rotation rows of e are the rotation vector from the actual to the desired orientation. A law whose subclass
+        overrides this method uses what that returns.
         """
-        b: Array = self._commanded_acceleration(*self.terms(state, target)[2:])
+        error = self.arm.coordinates.error(target.x, state.x)
+        b: Array = commanded_acceleration(
+            state.J, state.drift, state.v, error, target.dx, target.ddx, self._kp, self._kv
+        )
         return b
-
-    def terms(self, state: ArmState, target: Target) -> tuple[Any, ...]:
-        """Return the arguments of a task-space law in compiled text: `redundancy.feedback.TASK_SPACE`."""
-        _, v, M, nle, J, drift, x = state
-        if self._has_rotation:
-            x = -self.arm.coordinates.error(target.x, x)
-        return M, nle, J, drift, x, v, target.rows, self._gains
 
 
 def _plain(gain: Array) -> float | list[float] | list[list[float]]:

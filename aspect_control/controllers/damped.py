@@ -8,17 +8,17 @@ from numpy.typing import ArrayLike
 
 from ..arm import Arm
 from ..checks import non_negative
-from .compiled_law import CompiledLaw
+from .base import TaskSpaceController
 
 
-class DampedController(CompiledLaw):
+class DampedController(TaskSpaceController):
     """A task-space law with a rate at which the self-motion is damped."""
 
     def __init__(self, arm: Arm, *, kp: ArrayLike = 100.0, kv: ArrayLike = 20.0, damping: float = 10.0) -> None:
         """Set the arm, the task-space gains and the damping.
 
         Args:
-            arm: The arm; its task must leave at least one joint spare.
+            arm: The arm; its task must leave a redundant degree of freedom.
             kp: Position gain K_p, 1/s²: a scalar, a vector of m entries or an (m, m) matrix.
             kv: Velocity gain K_v, 1/s: a scalar, a vector of m entries or an (m, m) matrix.
             damping: D, 1/s, at least 0.
@@ -30,7 +30,7 @@ class DampedController(CompiledLaw):
             ParameterError: If a gain or the damping is negative.
         """
         super().__init__(arm, kp=kp, kv=kv)
-        self._parameter = self._damping = non_negative("damping", damping, "1/s")
+        self._damping = non_negative("damping", damping, "1/s")
 
     @property
     def damping(self) -> float:

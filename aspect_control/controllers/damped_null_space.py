@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
+from ..arm import ArmState
 from ..redundancy import Array, damped_torque
-from ..redundancy.compiled import NUMBER
-from ..redundancy.feedback import task_space_law
+from ..trajectories import Target
 from .damped import DampedController
-
-
-@task_space_law(NUMBER)
-def _torque(M: Array, nle: Array, J: Array, b: Array, v: Array, damping: float) -> Array:
-    return damped_torque(M, nle, J, b, v, damping)
 
 
 class DampedNullSpace(DampedController):
@@ -24,4 +19,8 @@ class DampedNullSpace(DampedController):
     """
 
     name = "damped-null-space"
-    compiled_text = (_torque,)
+
+    def command(self, state: ArmState, target: Target) -> Array:
+        """Return τ, shape (nv,), N m."""
+        b = self.commanded_acceleration(state, target)
+        return damped_torque(state.M, state.nle, state.J, b, state.v, self.damping)

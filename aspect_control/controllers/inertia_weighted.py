@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
+from ..arm import ArmState
 from ..redundancy import Array, inertia_weighted_torque
-from ..redundancy.feedback import task_space_law
-from .compiled_law import CompiledLaw
+from ..trajectories import Target
+from .base import TaskSpaceController
 
 
-@task_space_law()
-def _torque(M: Array, nle: Array, J: Array, b: Array, v: Array) -> Array:
-    return inertia_weighted_torque(M, nle, J, b)
-
-
-class InertiaWeighted(CompiledLaw):
+class InertiaWeighted(TaskSpaceController):
     """τ = Jᵀ(J M⁻¹Jᵀ)⁻¹b + N: the task acceleration at the least θ̈ᵀMθ̈.
 
     The inertia-weighted pseudoinverse of J. M. Hollerbach and K. C. Suh, "Redundancy resolution of manipulators through
@@ -21,4 +17,8 @@ class InertiaWeighted(CompiledLaw):
     """
 
     name = "inertia-weighted"
-    compiled_text = (_torque,)
+
+    def command(self, state: ArmState, target: Target) -> Array:
+        """Return τ, shape (nv,), N m."""
+        b = self.commanded_acceleration(state, target)
+        return inertia_weighted_torque(state.M, state.nle, state.J, b)

@@ -2,40 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arm import Arm
+from ..arm import Arm, ArmState
 from ..exceptions import NotResetError, UnknownNameError
 from ..redundancy import Array, brake_torque, dead_beat_torque, switched_torque
-from ..redundancy.compiled import NUMBER, prepared
-from ..redundancy.feedback import task_space_law
-from .compiled_law import CompiledLaw
+from ..trajectories import Target
+from .base import TaskSpaceController
 
 
-@task_space_law()
-def _switched(M: Array, nle: Array, J: Array, b: Array, v: Array) -> Array:
-    return switched_torque(M, nle, J, b, v, np.inf)
-
-
-@task_space_law(NUMBER)
-def _dead_beat(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: float) -> Array:
-    return dead_beat_torque(M, nle, J, b, v, dt)
-
-
-@task_space_law(NUMBER)
-def _brake(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: float) -> Array:
-    return brake_torque(M, nle, J, b, v, dt)
-
-
-SWITCHINGS: dict[str, Callable[..., Any]] = {"hard": _switched, "dead-beat": _dead_beat, "brake": _brake}
+SWITCHINGS = ("hard", "dead-beat", "brake")
 """How the null-space term may be switched."""
 
 
-class ModifiedNullSpaceVector(CompiledLaw):
+class ModifiedNullSpaceVector(TaskSpaceController):
     """The null-space term switched by Maciejewski's condition, Eqs. (12)–(16) and Fig. 1.
 
     τ = τ̃                            if θ̇_H·θ̈_H ≥ 0, Eq. (13)
@@ -43,10 +25,10 @@ class ModifiedNullSpaceVector(CompiledLaw):
 
     With `switching="hard"`, as printed, the law chatters once it has brought the self-motion to rest: θ̇_H then sits at
     zero and the sign of θ̇_H·θ̈_H changes at almost every sample. With `switching="dead-beat"` the null-space term of
-    Eq. (14) is scaled by min(1, ‖θ̇_H‖² / (−θ̇_H·θ̈_H Δt)), so that, with one joint to spare, one sample brakes the
-    self-motion to rest at most and never reverses it. With several joints to spare most of θ̈_H may point across θ̇_H,
+    Eq. (14) is scaled by min(1, ‖θ̇_H‖² / (−θ̇_H·θ̈_H Δt)), so that, with one redundant degree of freedom, one sample brakes the
+    self-motion to rest at most and never reverses it. With several most of θ̈_H may point across θ̇_H,
     where that scale does not bound it and it starts another self-motion; `switching="brake"` leaves that part out and
-    applies only max(θ̇_H·θ̈_H / ‖θ̇_H‖², −1/Δt) θ̇_H. For one joint to spare the two are the same.
+    applies only max(θ̇_H·θ̈_H / ‖θ̇_H‖², −1/Δt) θ̇_H. For one redundant degree of freedom the two are the same.
 
     Attributes:
         switching: `"hard"`, `"dead-beat"` or `"brake"`.
@@ -59,7 +41,7 @@ class ModifiedNullSpaceVector(CompiledLaw):
         """Set the arm, the task-space gains and the kind of switching.
 
         Args:
-            arm: The arm; its task must leave at least one joint spare.
+            arm: The arm; its task must leave a redundant degree of freedom.
             kp: Position gain K_p, 1/s²: a scalar, a vector of m entries or an (m, m) matrix.
             kv: Velocity gain K_v, 1/s: a scalar, a vector of m entries or an (m, m) matrix.
             switching: `"hard"`, the paper's, or `"dead-beat"` or `"brake"`, which need `reset` before the first torque.
@@ -74,9 +56,12 @@ class ModifiedNullSpaceVector(CompiledLaw):
         super().__init__(arm, kp=kp, kv=kv)
         if switching not in SWITCHINGS:
             raise UnknownNameError(switching, SWITCHINGS, kind="switching")
-        self.switching = switching
-        # The law as printed does not use the sampling time.
-        self._law = prepared(SWITCHINGS[switching]) if switching == "hard" else self._refuse
+        self._switching = switching
+
+    @property
+    def switching(self) -> str:
+        """How the null-space term is switched."""
+        return self._switching
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -84,11 +69,17 @@ class ModifiedNullSpaceVector(CompiledLaw):
         return {**super().parameters, "switching": self.switching}
 
     def start(self, q: Array, v: Array, dt: float) -> None:
-        """Keep the sampling time."""
-        if self.switching != "hard":
-            self._law, self._parameter = prepared(SWITCHINGS[self.switching]), dt
+        """Keep the sampling time, s, as the memory."""
+        self.memory = dt
 
-    def _refuse(self, *_: object) -> None:
-        raise NotResetError(
-            f"{self.switching} switching needs the sampling time: call reset(q, v, dt) before the first torque"
-        )
+    def command(self, state: ArmState, target: Target) -> Array:
+        """Return τ, shape (nv,), N m."""
+        b = self.commanded_acceleration(state, target)
+        if self.switching == "hard":
+            return switched_torque(state.M, state.nle, state.J, b, state.v)
+        if self.memory is None:
+            raise NotResetError(
+                f"{self.switching} switching needs the sampling time: call reset(q, v, dt) before the first torque"
+            )
+        torque = dead_beat_torque if self.switching == "dead-beat" else brake_torque
+        return torque(state.M, state.nle, state.J, b, state.v, self.memory)

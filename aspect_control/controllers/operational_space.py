@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
+from ..arm import ArmState
 from ..redundancy import Array, operational_space_torque
-from ..redundancy.compiled import NUMBER
-from ..redundancy.feedback import task_space_law
-from ..redundancy.products import times
+from ..trajectories import Target
 from .damped import DampedController
-
-
-@task_space_law(NUMBER)
-def _torque(M: Array, nle: Array, J: Array, b: Array, v: Array, damping: float) -> Array:
-    return operational_space_torque(M, nle, J, b, -damping * times(M, v))
 
 
 class OperationalSpace(DampedController):
@@ -26,4 +20,9 @@ class OperationalSpace(DampedController):
     """
 
     name = "operational-space"
-    compiled_text = (_torque,)
+
+    def command(self, state: ArmState, target: Target) -> Array:
+        """Return τ, shape (nv,), N m."""
+        b = self.commanded_acceleration(state, target)
+        tau_0 = -self.damping * (state.M @ state.v)
+        return operational_space_torque(state.M, state.nle, state.J, b, tau_0)

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from ..arm import ArmState
 from ..redundancy import Array, pseudoinverse_torque
-from ..redundancy.feedback import task_space_law
-from .compiled_law import CompiledLaw
+from ..trajectories import Target
+from .base import TaskSpaceController
 
 
-@task_space_law()
-def _torque(M: Array, nle: Array, J: Array, b: Array, v: Array) -> Array:
-    return pseudoinverse_torque(M, nle, J, b)
-
-
-class Pseudoinverse(CompiledLaw):
+class Pseudoinverse(TaskSpaceController):
     """τ̃ = M J⁺(ẍ_d + K_v ė + K_p e − J̇θ̇) + N, Eq. (7): the minimum-norm joint acceleration."""
 
     name = "pseudoinverse"
-    compiled_text = (_torque,)
+
+    def command(self, state: ArmState, target: Target) -> Array:
+        """Return τ, shape (nv,), N m."""
+        b = self.commanded_acceleration(state, target)
+        return pseudoinverse_torque(state.M, state.nle, state.J, b)

@@ -3,22 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import criteria
 from ..arm import Arm, ArmState
-from ..checks import non_negative
+from ..checks import is_finite, non_negative
 from ..criteria import Criterion
-from ..exceptions import NotResetError
+from ..exceptions import NonFiniteError, NotResetError
 from ..redundancy import Array
-from ..redundancy.compiled import prepared
-from ..redundancy.gradients import given_gradient
-from ..redundancy.resolved_motion import resolved_motion_law
+from ..redundancy.resolved_motion import computed_torque, resolved_velocity
 from ..trajectories import Target
 from .base import Controller
+
+
+class JointMotion(NamedTuple):
+    """The commanded joint motion at one sample.
+
+    Attributes:
+        q: θ_d^i, shape (nq,), rad.
+        v: θ̇_d^i, shape (nv,), rad/s.
+        v_before: θ̇_d^{i−1}, shape (nv,), rad/s.
+        dt: Δt, s.
+    """
+
+    q: Array
+    v: Array
+    v_before: Array
+    dt: float
 
 
 class ResolvedMotion(Controller):
@@ -36,12 +50,11 @@ class ResolvedMotion(Controller):
     mechanisms", IEEE Transactions on Systems, Man, and Cybernetics 7 (1977), with the computed torque of the paper.
 
     Attributes:
-        kappa: κ, the weight of the criterion.
-        criterion: The criterion H; None for κ = 0, where none is needed.
+        memory: The commanded joint motion, a `JointMotion`.
     """
 
     name = "resolved-motion"
-    is_compiled = True
+    memory: JointMotion | None = None
 
     def __init__(
         self,
@@ -71,27 +84,27 @@ class ResolvedMotion(Controller):
             TooManyMinorsError: If the criterion needs more minors than can be handled.
         """
         super().__init__(arm, arm.nv, kp, kv)
-        self.kappa = non_negative("kappa", kappa)
-        self.criterion: Criterion | None = None
+        self._kappa = non_negative("kappa", kappa)
+        self._criterion: Criterion | None = None
         self._specification: str | dict[str, Any]
-        if self.kappa == 0.0 and isinstance(criterion, str):
+        if self._kappa == 0.0 and isinstance(criterion, str):
             # Only looked up: the arm may have more minors than the criterion, which is not used, can handle.
             criteria.find(criterion)
             self._specification = criterion
         else:
             made = criteria.make(arm, criterion)
             self._specification = criteria.specification(made)
-            self.criterion = made if self.kappa > 0.0 else None
-        gradient = given_gradient if self.criterion is None else self.criterion.compiled_gradient
-        self._sample = prepared(resolved_motion_law(gradient))
-        self._given_gradient = gradient is given_gradient
-        if self.criterion is None or not self._given_gradient:
-            self._state_at = arm.unchecked_state_without_task
-        self._no_gradient = np.zeros(arm.nv)
-        self._dt: float | None = None
-        self._q_d = np.zeros(0)
-        self._memory = np.zeros((3, arm.nv))
-        self._displacement = self._memory[2]
+            self._criterion = made if self._kappa > 0.0 else None
+
+    @property
+    def kappa(self) -> float:
+        """κ, the weight of the criterion."""
+        return self._kappa
+
+    @property
+    def criterion(self) -> Criterion | None:
+        """The criterion H; None for κ = 0, where none is needed."""
+        return self._criterion
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -100,23 +113,24 @@ class ResolvedMotion(Controller):
 
     def start(self, q: Array, v: Array, dt: float) -> None:
         """Set θ_d^0 = θ^0 and θ̇_d^0 = θ̇^0."""
-        self._dt = dt
-        self._q_d, self._memory[:2] = q, v
         if self.criterion is not None:
             self.criterion.start(q)
+        self.memory = JointMotion(q, v, v, dt)
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m, and move the commanded joint motion on by one sample."""
-        if self._dt is None:
+        if self.memory is None:
             raise NotResetError(f"{self.name} has memory: call reset(q, v, dt) before the first torque(q, v, target)")
-        q, v, M, nle, J, _, _ = state
-        arguments = self._gradient_arguments(state)
-        error, tau = self.arm.difference(q, self._q_d), np.empty(self.arm.nv)
-        self._sample(M, nle, J, v, target.rows, self._gains, error, self._memory, self.kappa, self._dt, tau, arguments)
-        self._q_d = self.arm.integrate(self._q_d, self._displacement)
-        return tau
+        q_d, v_d, v_d_before, dt = self.memory
+        v_d_next = resolved_velocity(state.J, target.dx, self.kappa, self._gradient(state))
+        self.memory = JointMotion(self.arm.integrate(q_d, v_d * dt), v_d_next, v_d, dt)
+        error = self.arm.difference(state.q, q_d)
+        return computed_torque(state.M, state.nle, state.v, v_d, v_d_before, dt, self._kv, self._kp, error)
 
-    def _gradient_arguments(self, state: ArmState) -> tuple[Any, ...]:
+    def _gradient(self, state: ArmState) -> Array:
         if self.criterion is None:
-            return (self._no_gradient,)
-        return (self.criterion.gradient(state),) if self._given_gradient else self.criterion.gradient_arguments(state)
+            return np.zeros(self.arm.nv)
+        gradient = self.criterion.gradient(state)
+        if not is_finite(gradient):
+            raise NonFiniteError(f"the gradient of the criterion {self.criterion.name!r} is not finite: {gradient}")
+        return gradient

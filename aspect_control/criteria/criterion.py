@@ -9,7 +9,6 @@ from typing import Any, ClassVar
 from ..arm import BORDER_TOLERANCE, Arm, ArmState
 from ..exceptions import UndefinedCriterionWarning
 from ..redundancy import Array, inverse_condition_number
-from ..redundancy.gradients import given_gradient
 
 
 class Criterion(ABC):
@@ -20,20 +19,10 @@ class Criterion(ABC):
 
     Attributes:
         name: Name in the registry.
-        compiled_gradient: ∇H as a function of J and of `gradient_arguments`, made by `redundancy.compiled.compiled`,
-            for laws in compiled text; `given_gradient` where there is only `gradient`, as in a subclass with a
-            `gradient` of its own.
         arm: The arm.
     """
 
     name: ClassVar[str]
-    compiled_gradient: ClassVar[Any] = given_gradient
-
-    def __init_subclass__(cls) -> None:
-        """Take no `gradient` for compiled that does not say so."""
-        super().__init_subclass__()
-        if "gradient" in vars(cls) and "compiled_gradient" not in vars(cls):
-            cls.compiled_gradient = given_gradient
 
     def __init__(self, arm: Arm) -> None:
         """Set the arm."""
@@ -71,10 +60,6 @@ class Criterion(ABC):
     @abstractmethod
     def gradient(self, state: ArmState) -> Array:
         """Return ∇H at a state, shape (nv,), in the unit of H per rad (per m for a prismatic joint). Never NaN."""
-
-    def gradient_arguments(self, state: ArmState) -> tuple[Any, ...]:
-        """Return what a `compiled_gradient` other than `given_gradient` takes besides J."""
-        raise NotImplementedError(f"the criterion {self.name!r} has no gradient in compiled text")
 
 
 class JacobianCriterion(Criterion):

@@ -67,4 +67,4 @@ class ForceCompatibility(Criterion):
 
     def gradient(self, state: ArmState) -> Array:
         """Return ∇H, shape (nv,), in the unit of H per rad; zero where H is infinite."""
-        return force_compatibility_gradient(state.J, self.arm.jacobian_derivative_at(state), self.direction)
+        return force_compatibility_gradient(state.J, self.arm.jacobian_derivative(state.q), self.direction)

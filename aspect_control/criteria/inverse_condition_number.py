@@ -21,4 +21,4 @@ class InverseConditionNumber(JacobianCriterion):
 
     def gradient(self, state: ArmState) -> Array:
         """Return ∇H, shape (nv,), per rad; zero where J has lost rank."""
-        return inverse_condition_number_gradient(state.J, self.arm.jacobian_derivative_at(state))
+        return inverse_condition_number_gradient(state.J, self.arm.jacobian_derivative(state.q))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..arm import ArmState
 from ..redundancy import Array, manipulability, manipulability_gradient
 from .criterion import JacobianCriterion
@@ -16,7 +14,6 @@ class Manipulability(JacobianCriterion):
     """
 
     name = "manipulability"
-    compiled_gradient = manipulability_gradient
 
     def value(self, state: ArmState) -> float:
         """Return w, in the unit of the minors."""
@@ -24,8 +21,4 @@ class Manipulability(JacobianCriterion):
 
     def gradient(self, state: ArmState) -> Array:
         """Return ∇w, shape (nv,), in the unit of w per rad; zero where J has lost rank."""
-        return manipulability_gradient(state.J, *self.gradient_arguments(state))
-
-    def gradient_arguments(self, state: ArmState) -> tuple[Any, ...]:
-        """Return ∂J/∂q."""
-        return (self.arm.jacobian_derivative_at(state),)
+        return manipulability_gradient(state.J, self.arm.jacobian_derivative(state.q))

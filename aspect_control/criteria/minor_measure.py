@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from typing import Any
-
 import numpy as np
 
 from ..arm import Arm, ArmState
@@ -25,7 +23,6 @@ class MinorMeasure(Criterion):
     """
 
     name = "minor-measure"
-    compiled_gradient = expanded_gradient
 
     def __init__(self, arm: Arm) -> None:
         """Set the arm.
@@ -35,13 +32,11 @@ class MinorMeasure(Criterion):
         """
         super().__init__(arm)
         self.minor_columns = arm.minor_columns
-        self._expansion = laplace_expansion(self.minor_columns), len(self.minor_columns)
+        self._expansion = laplace_expansion(self.minor_columns)
 
     def start(self, q: Array) -> None:
         """Leave out the minors that are zero at q, shape (nq,), rad, and report them."""
         on_border = self.arm.minors_on_border(q)
-        self.minor_columns = np.delete(self.arm.minor_columns, on_border, axis=0)
-        self._expansion = laplace_expansion(self.minor_columns), len(self.minor_columns)
         if len(on_border) > 0:
             warnings.warn(
                 f"the motion starts on the border of an aspect: {len(on_border)} of {len(self.arm.minor_columns)} "
@@ -49,6 +44,8 @@ class MinorMeasure(Criterion):
                 AspectBorderWarning,
                 stacklevel=4,
             )
+        self.minor_columns = np.delete(self.arm.minor_columns, on_border, axis=0)
+        self._expansion = laplace_expansion(self.minor_columns)
 
     def value(self, state: ArmState) -> float:
         """Return H, in the unit of the minors; zero on the border of the aspect, and if no minor is left."""
@@ -56,8 +53,4 @@ class MinorMeasure(Criterion):
 
     def gradient(self, state: ArmState) -> Array:
         """Return ∇H, shape (nv,), in the unit of H per rad; zero on the border."""
-        return expanded_gradient(state.J, *self.gradient_arguments(state))
-
-    def gradient_arguments(self, state: ArmState) -> tuple[Any, ...]:
-        """Return ∂J/∂q, the terms of the minors and their number."""
-        return self.arm.jacobian_derivative_at(state), *self._expansion
+        return expanded_gradient(state.J, self.arm.jacobian_derivative(state.q), self._expansion)

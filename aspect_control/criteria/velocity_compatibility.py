@@ -49,4 +49,4 @@ class VelocityCompatibility(JacobianCriterion):
 
     def gradient(self, state: ArmState) -> Array:
         """Return ∇H, shape (nv,), in the unit of H per rad; zero where the arm cannot move along u."""
-        return velocity_compatibility_gradient(state.J, self.arm.jacobian_derivative_at(state), self.direction)
+        return velocity_compatibility_gradient(state.J, self.arm.jacobian_derivative(state.q), self.direction)

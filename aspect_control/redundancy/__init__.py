@@ -15,6 +15,7 @@ from .criteria import (
     velocity_compatibility_gradient,
 )
 from .gradients import manipulability_gradient, minor_measure_gradient
+from .kernels import compile_kernels, kernels_compiled
 from .minors import (
     MAX_MINORS,
     aspect_signature,
@@ -56,6 +57,7 @@ __all__ = [
     "border_tolerance",
     "box_distance",
     "brake_torque",
+    "compile_kernels",
     "damped_torque",
     "dead_beat_torque",
     "force_compatibility",
@@ -67,6 +69,7 @@ __all__ = [
     "inverse_condition_number_gradient",
     "joint_range_availability",
     "joint_range_availability_gradient",
+    "kernels_compiled",
     "manipulability",
     "manipulability_gradient",
     "minimum_torque",

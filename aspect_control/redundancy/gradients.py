@@ -9,13 +9,13 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from .array import Array
-from .compiled import COUNT, INDICES, MATRIX, TENSOR, VECTOR, compiled
+from .array import Array, Matrix, Table, Tensor, Vector
+from .kernels import kernel
 from .minors import BORDER, minor_columns
 from .pseudoinverse import pseudoinverse
 
 MAX_TERMS = 2_000_000
-"""The most terms of a Laplace expansion: 80 MB of indices. A task of six coordinates at most needs far fewer."""
+"""The most terms of a Laplace expansion: 64 MB of indices. A task of six coordinates at most needs far fewer."""
 
 
 def minor_measure_gradient(J: Array, dJ: Array, columns: NDArray[np.intp] | None = None) -> Array:
@@ -40,11 +40,11 @@ def minor_measure_gradient(J: Array, dJ: Array, columns: NDArray[np.intp] | None
     """
     m, n = J.shape
     chosen = minor_columns(n, m) if columns is None else columns
-    gradient: Array = expanded_gradient(J, dJ, laplace_expansion(chosen), len(chosen))
+    gradient: Array = expanded_gradient(J, dJ, laplace_expansion(chosen))
     return gradient
 
 
-def laplace_expansion(columns: NDArray[np.intp]) -> NDArray[np.int64]:
+def laplace_expansion(columns: NDArray[np.intp]) -> Table:
     """Return the terms of the Laplace expansion of minors, each minor along its last row.
 
     A minor of k rows and the columns S is Σ_j ±J[k−1, j] δ_{S without j} over j in S, with the minor of no rows 1.
@@ -54,7 +54,7 @@ def laplace_expansion(columns: NDArray[np.intp]) -> NDArray[np.int64]:
 
     Returns:
         Row of J, column of J, index of the smaller minor, index of the minor, and sign of each term, shape (5, t).
-        Minors are counted from the one of no rows, 0, to those of all rows, whose indices are the last p.
+        Minors are counted among those of as many rows; terms stand in the order of their row.
 
     Raises:
         ValueError: If there are more than `MAX_TERMS`.
@@ -64,7 +64,7 @@ def laplace_expansion(columns: NDArray[np.intp]) -> NDArray[np.int64]:
 
 
 @lru_cache(maxsize=16)
-def _laplace_expansion(subsets: tuple[tuple[int, ...], ...]) -> NDArray[np.int64]:
+def _laplace_expansion(subsets: tuple[tuple[int, ...], ...]) -> Table:
     levels: list[Sequence[tuple[int, ...]]] = [subsets]
     m, count = len(subsets[0]) if subsets else 0, 0
     for k in range(m, 0, -1):
@@ -74,77 +74,55 @@ def _laplace_expansion(subsets: tuple[tuple[int, ...], ...]) -> NDArray[np.int64
         levels.append(sorted({each for subset in levels[-1] for each in combinations(subset, k - 1)}))
     terms: list[tuple[int, ...]] = []
     index: dict[tuple[int, ...], int] = {(): 0}
-    first = 1
     for k, level in enumerate(levels[-2::-1]):
-        for minor, subset in enumerate(level, start=first):
+        for minor, subset in enumerate(level):
             for j, column in enumerate(subset):
                 terms.append((k, column, index[subset[:j] + subset[j + 1 :]], minor, (-1) ** (k + j)))
-        index = {subset: minor for minor, subset in enumerate(level, start=first)}
-        first += len(level)
+        index = {subset: minor for minor, subset in enumerate(level)}
     table = np.array(terms, dtype=np.int64).reshape(-1, 5).T.copy()
     table.flags.writeable = False
     return table
 
 
-@compiled(MATRIX, TENSOR, INDICES, COUNT)
-def expanded_gradient(J: Array, dJ: Array, terms: NDArray[np.int64], count: int) -> Array:
+@kernel
+def expanded_gradient(J: Matrix, dJ: Tensor, terms: Table) -> Vector:
     """Return ∇H of `minor_measure_gradient` from the terms of the expansion.
 
     Args:
         J: Jacobian, shape (m, n).
         dJ: Its derivatives dJ[i, j, k] = ∂J[i, j] / ∂q_k, shape (m, n, n).
         terms: What `laplace_expansion` returns for the columns of the minors.
-        count: Number of minors p.
 
     Returns:
         ∇H, shape (n,).
     """
     m, n = J.shape
-    gradient = np.zeros(n)
-    if count == 0:
-        return gradient
-    rows, columns, smaller, minor, sign = terms[0], terms[1], terms[2], terms[3], terms[4]
-    delta, slope, logarithm = np.zeros(minor[-1] + 1), np.zeros(minor[-1] + 1), 0.0
-    delta[0] = 1.0
-    for t in range(len(sign)):
-        delta[minor[t]] += sign[t] * J[rows[t], columns[t]] * delta[smaller[t]]
-    border = BORDER * m * _longest_column(J) ** m
-    for i in range(len(delta) - count, len(delta)):
-        if abs(delta[i]) <= border:
-            return gradient
-        logarithm += np.log(abs(delta[i]))
-        slope[i] = 1.0 / delta[i]
-    total = np.zeros((m, n))
-    for t in range(len(sign) - 1, -1, -1):
-        slope_of_term = sign[t] * slope[minor[t]]
-        total[rows[t], columns[t]] += slope_of_term * delta[smaller[t]]
-        slope[smaller[t]] += slope_of_term * J[rows[t], columns[t]]
-    for i in range(m):
-        for j in range(n):
-            for k in range(n):
-                gradient[k] += total[i, j] * dJ[i, j, k]
-    return np.exp(logarithm / count) / count * gradient
+    if terms.shape[1] == 0:
+        return np.zeros(n)
+    ends = np.searchsorted(terms[0], np.arange(m + 1))
+    levels = [np.ones(1)]
+    for k in range(m):
+        of_row = terms[:, ends[k] : ends[k + 1]]
+        column, smaller, minor, sign = of_row[1], of_row[2], of_row[3], of_row[4]
+        levels.append(np.bincount(minor, sign * J[k][column] * levels[k][smaller]))
+    delta = levels[m]
+    size = np.abs(delta)
+    if size.min() <= BORDER * m * np.sqrt((J * J).sum(axis=0).max()) ** m:
+        return np.zeros(n)
+    # Backwards: the slope of Σ ln|δ| in the minors of fewer and fewer rows, and with each row its slope in J.
+    total, slope = np.zeros((m, n)), 1.0 / delta
+    for k in range(m - 1, -1, -1):
+        of_row = terms[:, ends[k] : ends[k + 1]]
+        column, smaller, minor, sign = of_row[1], of_row[2], of_row[3], of_row[4]
+        of_term = sign * slope[minor]
+        total[k] = np.bincount(column, of_term * levels[k][smaller], n)
+        slope = np.bincount(smaller, of_term * J[k][column])
+    measure = np.exp(np.log(size).sum() / len(size))
+    return measure / len(size) * contracted(total, dJ)
 
 
-@compiled(MATRIX)
-def _longest_column(J: Array) -> float:
-    longest = 0.0
-    for j in range(J.shape[1]):
-        square = 0.0
-        for i in range(J.shape[0]):
-            square += J[i, j] ** 2
-        longest = max(longest, square)
-    return np.sqrt(longest)
-
-
-@compiled(MATRIX, VECTOR)
-def given_gradient(J: Array, gradient: Array) -> Array:
-    """Return a gradient, shape (n,), that was computed before."""
-    return gradient
-
-
-@compiled(MATRIX, TENSOR)
-def manipulability_gradient(J: Array, dJ: Array) -> Array:
+@kernel
+def manipulability_gradient(J: Matrix, dJ: Tensor) -> Vector:
     """Return ∇w, the gradient of the manipulability of Eq. (25) with respect to the joint coordinates.
 
     ∂w/∂q_k = w tr(J⁺ ∂J/∂q_k); zero where J has lost rank, where w has a cusp.
@@ -156,11 +134,18 @@ def manipulability_gradient(J: Array, dJ: Array) -> Array:
     Returns:
         ∇w, shape (n,), in the unit of w per rad (per m for a prismatic joint).
     """
-    m, n = J.shape
-    J_pinv = pseudoinverse(J)
-    gradient = np.zeros(n)
-    for i in range(m):
-        for j in range(n):
-            for k in range(n):
-                gradient[k] += J_pinv[j, i] * dJ[i, j, k]
-    return np.prod(np.linalg.svd(J)[1]) * gradient
+    return np.prod(np.linalg.svd(J)[1]) * contracted(pseudoinverse(J).T, dJ)
+
+
+@kernel
+def contracted(slope: Matrix, dJ: Tensor) -> Vector:
+    """Return Σ_ij slope[i, j] ∂J[i, j]/∂q_k: the gradient of a function of J by its slope in the entries of J.
+
+    Args:
+        slope: Shape (m, n).
+        dJ: Derivatives dJ[i, j, k] = ∂J[i, j] / ∂q_k, shape (m, n, n).
+
+    Returns:
+        Shape (n,).
+    """
+    return slope.copy().reshape(-1) @ dJ.reshape(-1, dJ.shape[2])

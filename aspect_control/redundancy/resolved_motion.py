@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-from typing import Any
-
-from .array import Array
-from .compiled import MATRIX, NUMBER, STACK, VECTOR, Compiled, compiled
-from .feedback import require_finite
-from .products import add_times, times
+from .array import Matrix, Vector
+from .kernels import kernel
 from .pseudoinverse import least_norm_solution
 
 
-@compiled(MATRIX, VECTOR, VECTOR, VECTOR, VECTOR, NUMBER, MATRIX, MATRIX, VECTOR)
+@kernel
 def computed_torque(
-    M: Array, nle: Array, v: Array, v_d: Array, v_d_before: Array, dt: float, kv: Array, kp: Array, error: Array
-) -> Array:
+    M: Matrix, nle: Vector, v: Vector, v_d: Vector, v_d_before: Vector, dt: float, kv: Matrix, kp: Matrix, error: Vector
+) -> Vector:
     """Return τ = M{θ̈_d + K_v(θ̇_d − θ̇) + K_p(θ_d − θ)} + N, Eq. (21), with θ̈_d = (θ̇_d^i − θ̇_d^{i−1}) / Δt, Eq. (20).
 
     Args:
@@ -32,14 +27,11 @@ def computed_torque(
     Returns:
         τ, shape (n,), N m.
     """
-    acceleration = (v_d - v_d_before) / dt
-    add_times(acceleration, kv, v_d - v)
-    add_times(acceleration, kp, error)
-    return times(M, acceleration) + nle
+    return M @ ((v_d - v_d_before) / dt + kv @ (v_d - v) + kp @ error) + nle
 
 
-@compiled(MATRIX, VECTOR, NUMBER, VECTOR)
-def resolved_velocity(J: Array, dx: Array, kappa: float, gradient: Array) -> Array:
+@kernel
+def resolved_velocity(J: Matrix, dx: Vector, kappa: float, gradient: Vector) -> Vector:
     """Return θ̇ = J⁺ẋ + κ(I − J⁺J)∇H, Eqs. (2) and (17).
 
     Args:
@@ -51,31 +43,4 @@ def resolved_velocity(J: Array, dx: Array, kappa: float, gradient: Array) -> Arr
     Returns:
         θ̇, shape (n,), rad/s.
     """
-    return least_norm_solution(J, dx - kappa * times(J, gradient)) + kappa * gradient
-
-
-@lru_cache
-def resolved_motion_law(gradient: Compiled) -> Any:
-    """Make one sample of Eqs. (2) and (17)–(21) one compiled function, the gradient of the criterion included.
-
-    Its arguments are M, N, J, θ̇, `Target.rows`, K_p and K_v as a stack, θ_d − θ, the memory, κ, Δt, τ and a tuple. The
-    memory, shape (3, n), holds θ̇_d^i and θ̇_d^{i−1}, rad/s, which it moves on by one sample, and the displacement
-    θ̇_d^i Δt, rad, that it leads to. τ, shape (n,), N m, is written to. The tuple holds what the gradient takes besides
-    J. If τ or the next θ̇_d is not finite, it raises FloatingPointError and the memory stays as it was.
-
-    Args:
-        gradient: Function that `compiled` made, of J and other arguments: ∇H, shape (n,).
-    """
-    further = f"Tuple(({', '.join(gradient.argument_types[1:])},))"
-
-    def sample(M, nle, J, v, desired, gains, error, memory, kappa, dt, tau, arguments):  # type: ignore[no-untyped-def]
-        v_d, v_d_before = memory[0], memory[1]
-        now = require_finite(computed_torque(M, nle, v, v_d, v_d_before, dt, gains[1], gains[0], error))
-        v_d_after = require_finite(resolved_velocity(J, desired[1], kappa, gradient(J, *arguments)))
-        tau[:] = now
-        memory[2] = v_d * dt
-        memory[1] = v_d
-        memory[0] = v_d_after
-
-    state = MATRIX, VECTOR, MATRIX, VECTOR
-    return compiled(*state, MATRIX, STACK, VECTOR, MATRIX, NUMBER, NUMBER, VECTOR, further)(sample)
+    return least_norm_solution(J, dx - kappa * (J @ gradient)) + kappa * gradient

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from .array import Array
-from .cholesky import cholesky, cholesky_solve_in_place, cholesky_solve_vector
-from .compiled import MATRIX, NUMBER, VECTOR, compiled
-from .products import dot, times
+from .array import Array, Matrix, Vector
+from .kernels import kernel
 from .pseudoinverse import least_norm_solution
 
 
-@compiled(MATRIX, VECTOR)
-def homogeneous_velocity(J: Array, v: Array) -> Array:
+@kernel
+def homogeneous_velocity(J: Matrix, v: Vector) -> Vector:
     """Return θ̇_H = (I − J⁺J)θ̇, Eq. (15): the part of the joint velocity that does not move the task.
 
     Args:
@@ -22,11 +20,11 @@ def homogeneous_velocity(J: Array, v: Array) -> Array:
     Returns:
         θ̇_H, shape (n,), rad/s.
     """
-    return v - least_norm_solution(J, times(J, v))
+    return v - least_norm_solution(J, J @ v)
 
 
-@compiled(MATRIX, VECTOR, VECTOR)
-def homogeneous_acceleration(M: Array, tau: Array, tau_tilde: Array) -> Array:
+@kernel
+def homogeneous_acceleration(M: Matrix, tau: Vector, tau_tilde: Vector) -> Vector:
     """Return θ̈_H = M⁻¹(τ − τ̃): the null-space acceleration that a torque adds to the pseudoinverse law's.
 
     For the minimum torque of Eq. (11) this is Eq. (16), θ̈_H = −[M(I − J⁺J)]⁺τ̃.
@@ -39,28 +37,24 @@ def homogeneous_acceleration(M: Array, tau: Array, tau_tilde: Array) -> Array:
     Returns:
         θ̈_H, shape (n,), rad/s².
     """
-    return cholesky_solve_vector(cholesky(M), tau - tau_tilde)
+    return np.linalg.solve(M, tau - tau_tilde)
 
 
-@compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR)
-def _both_torques(M: Array, nle: Array, J: Array, b: Array, v: Array) -> tuple[Array, Array, float]:
+@kernel
+def _both_torques(M: Matrix, nle: Vector, J: Matrix, b: Vector, v: Vector) -> tuple[Vector, Vector, float]:
     """Return τ̃ of Eq. (7), the minimum torque of Eq. (11) and θ̇_H·θ̈_H of Eq. (12).
 
-    J θ̈_H = 0, so that θ̇·θ̈_H is the same as θ̇_H·θ̈_H, and (M⁻¹θ̇)·(τ − τ̃) is that.
+    J θ̈_H = 0, so that θ̇_H·θ̈_H is the same as θ̇·θ̈_H = θ̇·M⁻¹(τ − τ̃).
     """
-    m, n = J.shape
-    rows = np.empty((m + 1, n))
-    rows[:m], rows[m] = J, v
-    cholesky_solve_in_place(cholesky(M), rows)
-    A, M_inv_v = rows[:m], rows[m]
-    tau_tilde = times(M, least_norm_solution(J, b))
-    tau_tilde += nle
-    tau_minimum = least_norm_solution(A, b + times(A, nle))
-    return tau_tilde, tau_minimum, dot(M_inv_v, tau_minimum - tau_tilde)
+    M_inv = np.linalg.inv(M)
+    A = J @ M_inv
+    tau_tilde = M @ least_norm_solution(J, b) + nle
+    tau_minimum = least_norm_solution(A, b + A @ nle)
+    return tau_tilde, tau_minimum, v @ (M_inv @ (tau_minimum - tau_tilde))
 
 
-@compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, NUMBER)
-def switched_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: float) -> Array:
+@kernel
+def switched_torque(M: Matrix, nle: Vector, J: Matrix, b: Vector, v: Vector) -> Vector:
     """Return the torque of the modified null space vector method, Eqs. (12)–(16).
 
     τ̃ of Eq. (7) if θ̇_H·θ̈_H ≥ 0, Eq. (13), and the minimum torque of Eq. (11) otherwise, Eq. (14).
@@ -71,7 +65,6 @@ def switched_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: floa
         J: Jacobian, shape (m, n).
         b: Task acceleration less its velocity part, ẍ − J̇θ̇, shape (m,).
         v: Joint velocity θ̇, shape (n,), rad/s.
-        dt: Sampling time, s; the law as printed does not use it.
 
     Returns:
         τ, shape (n,), N m.
@@ -80,8 +73,8 @@ def switched_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: floa
     return tau_minimum if product < 0.0 else tau_tilde
 
 
-@compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, NUMBER)
-def dead_beat_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: float) -> Array:
+@kernel
+def dead_beat_torque(M: Matrix, nle: Vector, J: Matrix, b: Vector, v: Vector, dt: float) -> Vector:
     """Return the torque of `switched_torque` with its null-space term scaled by min(1, ‖θ̇_H‖² / (−θ̇_H·θ̈_H Δt)).
 
     Args:
@@ -99,14 +92,14 @@ def dead_beat_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: flo
     if product >= 0.0:
         return tau_tilde
     theta_dot_H = homogeneous_velocity(J, v)
-    speed_squared = dot(theta_dot_H, theta_dot_H)
+    speed_squared = theta_dot_H @ theta_dot_H
     if speed_squared == 0.0:
         return tau_tilde
     return tau_tilde + min(1.0, speed_squared / (-product * dt)) * (tau_minimum - tau_tilde)
 
 
-@compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, NUMBER)
-def brake_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: float) -> Array:
+@kernel
+def brake_torque(M: Matrix, nle: Vector, J: Matrix, b: Vector, v: Vector, dt: float) -> Vector:
     """Return τ̃ + max(θ̇_H·θ̈_H / ‖θ̇_H‖², −1/Δt) M θ̇_H if θ̇_H·θ̈_H < 0, and τ̃ otherwise.
 
     Args:
@@ -124,10 +117,10 @@ def brake_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, dt: float) 
     if product >= 0.0:
         return tau_tilde
     theta_dot_H = homogeneous_velocity(J, v)
-    speed_squared = dot(theta_dot_H, theta_dot_H)
+    speed_squared = theta_dot_H @ theta_dot_H
     if speed_squared == 0.0:
         return tau_tilde
-    return tau_tilde + max(product / speed_squared, -1.0 / dt) * times(M, theta_dot_H)
+    return tau_tilde + max(product / speed_squared, -1.0 / dt) * (M @ theta_dot_H)
 
 
 def null_vector_derivative(J: Array, drift: Array) -> Array:

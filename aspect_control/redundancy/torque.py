@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from .array import Array
-from .cholesky import cholesky, cholesky_solve, cholesky_solve_vector, forward_substitution
-from .compiled import MATRIX, NUMBER, VECTOR, compiled
-from .products import times
+import numpy as np
+
+from .array import Matrix, Vector
+from .kernels import kernel
 from .pseudoinverse import least_norm_solution
 
 
-@compiled(MATRIX, VECTOR, MATRIX, VECTOR)
-def pseudoinverse_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
+@kernel
+def pseudoinverse_torque(M: Matrix, nle: Vector, J: Matrix, b: Vector) -> Vector:
     """Return τ̃ = M J⁺ b + N, Eq. (7): the torque of the minimum-norm joint acceleration.
 
     Args:
@@ -22,16 +22,15 @@ def pseudoinverse_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     Returns:
         τ̃, shape (n,), N m.
     """
-    return times(M, least_norm_solution(J, b)) + nle
+    return M @ least_norm_solution(J, b) + nle
 
 
-@compiled(MATRIX, VECTOR, MATRIX, VECTOR)
-def minimum_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
+@kernel
+def minimum_torque(M: Matrix, nle: Vector, J: Matrix, b: Vector) -> Vector:
     """Return the torque of least norm that gives the task acceleration: Eq. (11) without a projector.
 
     The torques that give it are the solutions of A τ = b + A N with A = J M⁻¹; the shortest one is
-    τ = A⁺(b + A N). It equals τ̃ − M[M(I − J⁺J)]⁺τ̃ and takes one m × m factorisation instead of two
-    n × n singular value decompositions.
+    τ = A⁺(b + A N). It equals τ̃ − M[M(I − J⁺J)]⁺τ̃ without the n × n projector and its pseudoinverse.
 
     Args:
         M: Joint-space inertia matrix, shape (n, n), kg m².
@@ -42,12 +41,12 @@ def minimum_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     Returns:
         τ, shape (n,), N m.
     """
-    A = cholesky_solve(cholesky(M), J)
-    return least_norm_solution(A, b + times(A, nle))
+    A = np.linalg.solve(M, J.T).T
+    return least_norm_solution(A, b + A @ nle)
 
 
-@compiled(MATRIX, VECTOR, MATRIX, VECTOR)
-def inertia_weighted_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
+@kernel
+def inertia_weighted_torque(M: Matrix, nle: Vector, J: Matrix, b: Vector) -> Vector:
     """Return τ = Jᵀ(J M⁻¹Jᵀ)⁺b + N: the torque of the least θ̈ᵀMθ̈ that gives the task acceleration.
 
     With M = L Lᵀ and W = J L⁻ᵀ, in whose coordinates that is the plain norm, it is L W⁺b + N.
@@ -61,13 +60,13 @@ def inertia_weighted_torque(M: Array, nle: Array, J: Array, b: Array) -> Array:
     Returns:
         τ, shape (n,), N m.
     """
-    L = cholesky(M)
-    W = forward_substitution(L, J)
-    return times(L, least_norm_solution(W, b)) + nle
+    L = np.linalg.cholesky(M)
+    W = np.linalg.solve(L, J.T).T
+    return L @ least_norm_solution(W, b) + nle
 
 
-@compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR)
-def operational_space_torque(M: Array, nle: Array, J: Array, b: Array, tau_0: Array) -> Array:
+@kernel
+def operational_space_torque(M: Matrix, nle: Vector, J: Matrix, b: Vector, tau_0: Vector) -> Vector:
     """Return JᵀΛb + N + (I − JᵀJ̄ᵀ)τ₀ with Λ = (J M⁻¹Jᵀ)⁺ and J̄ = M⁻¹JᵀΛ: a null-space torque besides the task's.
 
     τ₀ brings about no task acceleration. With M = L Lᵀ and W = J L⁻ᵀ the sum is L W⁺(b − W L⁻¹τ₀) + τ₀ + N.
@@ -82,14 +81,14 @@ def operational_space_torque(M: Array, nle: Array, J: Array, b: Array, tau_0: Ar
     Returns:
         τ, shape (n,), N m.
     """
-    L = cholesky(M)
-    W = forward_substitution(L, J)
-    of_tau_0 = times(W, forward_substitution(L, tau_0.reshape(1, -1))[0])
-    return times(L, least_norm_solution(W, b - of_tau_0)) + tau_0 + nle
+    L = np.linalg.cholesky(M)
+    L_inv = np.linalg.inv(L)
+    W = J @ L_inv.T
+    return L @ least_norm_solution(W, b - W @ (L_inv @ tau_0)) + tau_0 + nle
 
 
-@compiled(MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, NUMBER)
-def damped_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, damping: float) -> Array:
+@kernel
+def damped_torque(M: Matrix, nle: Vector, J: Matrix, b: Vector, v: Vector, damping: float) -> Vector:
     """Return τ̃ − D M θ̇_H, Eqs. (7) and (15): with θ̇_H = θ̇ − J⁺Jθ̇ it is M{J⁺(b + D Jθ̇) − D θ̇} + N.
 
     Args:
@@ -103,11 +102,11 @@ def damped_torque(M: Array, nle: Array, J: Array, b: Array, v: Array, damping: f
     Returns:
         τ, shape (n,), N m.
     """
-    return times(M, least_norm_solution(J, b + damping * times(J, v)) - damping * v) + nle
+    return M @ (least_norm_solution(J, b + damping * (J @ v)) - damping * v) + nle
 
 
-@compiled(MATRIX, VECTOR, MATRIX, VECTOR)
-def task_acceleration(M: Array, nle: Array, J: Array, tau: Array) -> Array:
+@kernel
+def task_acceleration(M: Matrix, nle: Vector, J: Matrix, tau: Vector) -> Vector:
     """Return b = J M⁻¹(τ − N): the task acceleration, less J̇θ̇, that a torque brings about.
 
     Args:
@@ -119,4 +118,4 @@ def task_acceleration(M: Array, nle: Array, J: Array, tau: Array) -> Array:
     Returns:
         b = ẍ − J̇θ̇, shape (m,).
     """
-    return times(J, cholesky_solve_vector(cholesky(M), tau - nle))
+    return J @ np.linalg.solve(M, tau - nle)

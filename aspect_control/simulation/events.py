@@ -39,7 +39,7 @@ class Moment(NamedTuple):
     @property
     def x(self) -> TaskValue:
         """Task value at q: shape (m,), m, or a `pin.SE3` for a task with rotations."""
-        return self.arm.task_position_at(self.q)
+        return self.arm.task_position(self.q)
 
 
 class Event(ABC):

@@ -18,7 +18,6 @@ from ..analysis.section4 import AGREES, Claim
 from ..aspects import SelfMotion, Start, growth
 from ..benchmark import Row, Verdict
 from ..exceptions import ParameterError
-from ..redundancy.compiled import is_any_kept
 
 LONG = 1800.0
 """From how long on work is begun only with `--yes`, s."""
@@ -73,8 +72,7 @@ def progress_bar() -> Iterator[Callable[[str, float], None]]:
     )
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        begins = "compiling the laws for this machine, once" if console.is_terminal and not is_any_kept() else ""
-        task = progress.add_task(begins, total=1.0)
+        task = progress.add_task("", total=1.0)
         yield lambda label, part: progress.update(task, description=label, completed=part)
 
 

@@ -302,6 +302,10 @@ class Arm(TaskChain):
         columns = [[self.joint_names[column] for column in sorted(self.minor_columns[i])] for i in indices]
         return "; ".join(f"{i + 1} ({', '.join(names)})" for i, names in zip(indices, columns, strict=True))
 
+    def __reduce__(self) -> tuple[Any, tuple[ArmDescription]]:
+        """Pickle and copy an arm as its description, which makes the same arm to the last bit."""
+        return type(self).from_description, (self.description,)
+
     def __repr__(self) -> str:
         """Name the arm, its task and its size."""
         return f"Arm({self.name!r}, frame={self.frame!r}, task={self.task}, nv={self.nv}, task_dim={self.task_dim})"

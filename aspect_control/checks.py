@@ -8,7 +8,7 @@ from numbers import Real
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .exceptions import NonFiniteError, ParameterError, ShapeError
 from .redundancy import Array
@@ -41,15 +41,15 @@ def finite_vector(name: str, value: ArrayLike, size: int | None = None) -> Array
         NonFiniteError: If an entry is NaN, infinite or beyond `LARGEST`.
     """
     if type(value) is np.ndarray and value.dtype is _FLOAT and value.ndim == 1 and size in (None, len(value)):
-        vector = value.copy()
+        vector: Array = value.copy()
     else:
         vector = real_array(name, value, "a vector of numbers")
         if vector.ndim != 1 or (size is not None and vector.shape[0] != size):
             expected = f"({size},)" if size is not None else "(any,)"
             raise ShapeError(f"{name} must have shape {expected}, got {vector.shape}")
-    if not vector.dot(vector) <= LARGEST:
+    if not sum(map(abs, vector.tolist())) <= LARGEST:
         require_finite(name, vector)
-    vector.setflags(False)
+    vector.setflags(write=False)
     return vector
 
 
@@ -66,12 +66,16 @@ def real_array(name: str, value: Any, expected: str) -> Array:
     """
     try:
         array = np.asarray(value)
-        is_real = array.dtype.kind in "iuf" and not isinstance(value, np.ma.MaskedArray) and not _holds_boolean(value)
-        if is_real:
+        kind = array.dtype.name
+        if isinstance(value, np.ma.MaskedArray):
+            kind = "a masked array"
+        elif isinstance(value, (list, tuple)) and any(isinstance(entry, (bool, np.bool_)) for entry in value):
+            kind = "booleans among numbers"
+        elif array.dtype.kind in "iuf":
             return np.array(array, dtype=np.float64, order="C")
     except Exception as error:
         raise ShapeError(f"{name} must be {expected}, got {_shown(value)}: {error}") from None
-    raise ShapeError(f"{name} must be {expected}, got {_kind(value, array)}: {_shown(value)}")
+    raise ShapeError(f"{name} must be {expected}, got {_shown(value)} ({kind})")
 
 
 def require_finite(name: str, array: Array) -> None:
@@ -84,16 +88,6 @@ def require_finite(name: str, array: Array) -> None:
         raise NonFiniteError(f"{name} must be finite, got {array.tolist()}")
     if np.abs(array).max(initial=0.0) > LARGEST:
         raise NonFiniteError(f"{name} must be at most {LARGEST:g} in magnitude, got {array.tolist()}")
-
-
-def _holds_boolean(value: Any) -> bool:
-    return isinstance(value, (list, tuple)) and any(isinstance(entry, (bool, np.bool_)) for entry in value)
-
-
-def _kind(value: Any, array: NDArray[Any]) -> str:
-    if isinstance(value, np.ma.MaskedArray):
-        return "a masked array"
-    return "booleans" if _holds_boolean(value) else f"{type(value).__name__} of {array.dtype}"
 
 
 def _shown(value: Any) -> str:

@@ -88,9 +88,9 @@ class TaskChain(ConfigurationSpace):
         J = self._task_rows(getFrameJacobian(model, data, frame, _WORLD_ALIGNED))
         drift = getFrameClassicalAcceleration(model, data, frame, _WORLD_ALIGNED).vector[self._rows].copy()
         for array in (M, nle, J, drift):
-            array.setflags(False)
+            array.setflags(write=False)
         if not self.coordinates.has_rotation:
-            x.setflags(False)
+            x.setflags(write=False)
         return ArmState(q, v, M, nle, J, drift, x)
 
     def jacobian(self, q: ArrayLike) -> Array:

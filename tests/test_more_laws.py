@@ -357,28 +357,6 @@ def test_resolved_motion_climbs_the_manipulability_while_the_task_stands_still(a
     assert climbing[-1] > still[-1] * (1.0 + 1e-5)
 
 
-def test_law_in_velocities_asks_for_neither_task_value_nor_drift(arm, monkeypatch):
-    (q, v, target), *_ = random_samples(arm, 1, seed=13)
-    laws = [controllers.create("jmdc", arm) for _ in range(2)]
-    for law in laws:
-        law.reset(q, v, 1e-3)
-    state = arm.unchecked_state_without_task(q, v)
-    assert np.isnan(state.drift).all()
-    assert not isinstance(state.x, pin.SE3)
-    whole = arm.state(q, v)
-    for name in ("M", "nle", "J"):
-        np.testing.assert_allclose(getattr(state, name), getattr(whole, name), rtol=0, atol=1e-13)
-    expected = laws[0].command(whole, target)
-    # Only what a tick of the law calls; the usual state would fail.
-    monkeypatch.setattr(arm, "unchecked_state", None)
-    monkeypatch.setattr(arm, "state", None)
-    np.testing.assert_allclose(laws[1].torque(q, v, target), expected, rtol=1e-12)
-    # The task value of that configuration is not taken from a state that has none.
-    monkeypatch.undo()
-    x = arm.task_position_at(q)
-    assert np.isfinite(x.homogeneous if isinstance(x, pin.SE3) else x).all()
-
-
 def test_own_gradient_of_a_derived_criterion_is_the_one_that_counts(arm):
     class Twice(criteria.MinorMeasure):
         def gradient(self, state):

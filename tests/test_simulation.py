@@ -353,7 +353,7 @@ def test_the_fastest_start_diverges_without_a_warning(name, sign):
     assert np.isfinite(run.tau).all()
 
 
-@pytest.mark.parametrize("speed", [1e6, -1e100])
+@pytest.mark.parametrize("speed", [1e6, -1e40])
 @pytest.mark.parametrize("name", LAWS)
 def test_a_start_faster_than_any_arm_diverges_without_a_warning_if_no_event_ends_it(name, speed):
     run = simulate(law(name), A, q0=Q0, v0=np.full(3, speed), events=())
@@ -393,7 +393,7 @@ def test_a_start_that_has_diverged_already_is_a_run_of_one_sample(v0):
 @pytest.mark.parametrize("speed", [1e160, 1e308])
 @pytest.mark.parametrize("name", LAWS)
 def test_a_start_at_which_the_torque_overflows_is_refused(name, speed):
-    with pytest.raises(ParameterError, match=rf"the run cannot start: diverged at t = 0 s: {name}: .*1e\+\d+ rad/s"):
+    with pytest.raises(NonFiniteError, match=r"v0 must be at most 1e\+50 in magnitude, got \[1e\+\d+"):
         simulate(law(name), A, q0=Q0, v0=np.full(3, speed))
 
 

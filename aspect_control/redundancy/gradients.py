@@ -100,11 +100,11 @@ def expanded_gradient(J: Matrix, dJ: Tensor, terms: Table) -> Vector:
     if terms.shape[1] == 0:
         return np.zeros(n)
     ends = np.searchsorted(terms[0], np.arange(m + 1))
-    levels = [np.ones(1)]
+    levels: list[Array] = [np.ones(1)]
     for k in range(m):
         of_row = terms[:, ends[k] : ends[k + 1]]
         column, smaller, minor, sign = of_row[1], of_row[2], of_row[3], of_row[4]
-        levels.append(np.bincount(minor, sign * J[k][column] * levels[k][smaller]))
+        levels.append(np.bincount(minor, sign * J[k][column] * levels[k][smaller]))  # type: ignore[arg-type]
     delta = levels[m]
     size = np.abs(delta)
     if size.min() <= BORDER * m * np.sqrt((J * J).sum(axis=0).max()) ** m:
@@ -116,7 +116,7 @@ def expanded_gradient(J: Matrix, dJ: Tensor, terms: Table) -> Vector:
         column, smaller, minor, sign = of_row[1], of_row[2], of_row[3], of_row[4]
         of_term = sign * slope[minor]
         total[k] = np.bincount(column, of_term * levels[k][smaller], n)
-        slope = np.bincount(smaller, of_term * J[k][column])
+        slope = np.bincount(smaller, of_term * J[k][column])  # type: ignore[assignment]
     measure = np.exp(np.log(size).sum() / len(size))
     return measure / len(size) * contracted(total, dJ)
 

@@ -92,7 +92,7 @@ def dead_beat_torque(M: Matrix, nle: Vector, J: Matrix, b: Vector, v: Vector, dt
     if product >= 0.0:
         return tau_tilde
     theta_dot_H = homogeneous_velocity(J, v)
-    speed_squared = theta_dot_H @ theta_dot_H
+    speed_squared = float(theta_dot_H @ theta_dot_H)
     if speed_squared == 0.0:
         return tau_tilde
     return tau_tilde + min(1.0, speed_squared / (-product * dt)) * (tau_minimum - tau_tilde)
@@ -117,7 +117,7 @@ def brake_torque(M: Matrix, nle: Vector, J: Matrix, b: Vector, v: Vector, dt: fl
     if product >= 0.0:
         return tau_tilde
     theta_dot_H = homogeneous_velocity(J, v)
-    speed_squared = theta_dot_H @ theta_dot_H
+    speed_squared = float(theta_dot_H @ theta_dot_H)
     if speed_squared == 0.0:
         return tau_tilde
     return tau_tilde + max(product / speed_squared, -1.0 / dt) * (M @ theta_dot_H)

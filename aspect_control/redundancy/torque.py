@@ -61,7 +61,7 @@ def inertia_weighted_torque(M: Matrix, nle: Vector, J: Matrix, b: Vector) -> Vec
         τ, shape (n,), N m.
     """
     L = np.linalg.cholesky(M)
-    W = np.linalg.solve(L, J.T).T
+    W = J @ np.linalg.inv(L).T
     return L @ least_norm_solution(W, b) + nle
 
 

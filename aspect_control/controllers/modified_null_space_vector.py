@@ -12,7 +12,6 @@ from ..redundancy import Array, brake_torque, dead_beat_torque, switched_torque
 from ..trajectories import Target
 from .base import TaskSpaceController
 
-
 SWITCHINGS = ("hard", "dead-beat", "brake")
 """How the null-space term may be switched."""
 

@@ -81,12 +81,14 @@ class TaskChain(ConfigurationSpace):
         """
         q, v = self.checked_configuration(q), finite_vector("v", v, self.nv)
         model, data, frame = self.model, self._data, self._frame_id
-        M = crba(model, data, q, _WORLD).reshape(self.nv, self.nv)
+        M = crba(model, data, q, _WORLD)
         nle = nonLinearEffects(model, data, q, v)
         forwardKinematics(model, data, q, v, self._zero)
         x = self.coordinates.value(updateFramePlacement(model, data, frame))
         J = self._task_rows(getFrameJacobian(model, data, frame, _WORLD_ALIGNED))
         drift = getFrameClassicalAcceleration(model, data, frame, _WORLD_ALIGNED).vector[self._rows].copy()
+        if self.nv == 1:  # eigenpy hands a matrix of one column over as a vector
+            M = M.reshape(1, 1)
         for array in (M, nle, J, drift):
             array.setflags(write=False)
         if not self.coordinates.has_rotation:
@@ -172,7 +174,9 @@ class TaskChain(ConfigurationSpace):
 
     def _task_rows(self, frame_jacobian: Array) -> Array:
         """Return the task's rows of a frame Jacobian, which eigenpy hands over as a vector if there is one joint."""
-        return np.ascontiguousarray(frame_jacobian.reshape(6, self.nv)[self._rows])
+        if self.nv == 1:
+            frame_jacobian = frame_jacobian.reshape(6, 1)
+        return np.ascontiguousarray(frame_jacobian[self._rows])
 
     def _require_positive_inertia(self) -> None:
         M = pin.crba(self.model, self._data, pin.neutral(self.model), pin.Convention.WORLD)

@@ -204,7 +204,7 @@ def test_an_exception_in_a_criterion_reaches_the_caller_and_leaves_no_trace(pand
     law, twin = started(name, panda, criterion=stubborn), started(name, panda, criterion=criteria.Manipulability(panda))
     for q, v, target in motion(panda, 5):
         stubborn.told = True
-        with pytest.raises(Broken, match="^criterion$"):
+        with pytest.raises(Broken, match=r"^criterion$"):
             law.torque(q, v, target)
         stubborn.told = False
         np.testing.assert_array_equal(law.torque(q, v, target), twin.torque(q, v, target))
@@ -335,7 +335,10 @@ def test_laws_in_a_spawned_process_give_the_same_torques_to_the_last_bit(panda, 
 import pathlib, pickle, sys
 import aspect_control as ac
 laws, samples = pickle.loads(pathlib.Path(sys.argv[1]).read_bytes())
-taus = {key: [law.torque(q, v, ac.Target(*t)) for q, v, t in samples[int(key.split()[1]):]] for key, law in laws.items()}
+taus = {}
+for key, law in laws.items():
+    begun = int(key.split()[1])
+    taus[key] = [law.torque(q, v, ac.Target(*target)) for q, v, target in samples[begun:]]
 pathlib.Path(sys.argv[2]).write_bytes(pickle.dumps(taus))
 """
     done = subprocess.run(

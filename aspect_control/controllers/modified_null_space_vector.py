@@ -24,8 +24,8 @@ class ModifiedNullSpaceVector(TaskSpaceController):
 
     With `switching="hard"`, as printed, the law chatters once it has brought the self-motion to rest: θ̇_H then sits at
     zero and the sign of θ̇_H·θ̈_H changes at almost every sample. With `switching="dead-beat"` the null-space term of
-    Eq. (14) is scaled by min(1, ‖θ̇_H‖² / (−θ̇_H·θ̈_H Δt)), so that, with one redundant degree of freedom, one sample brakes the
-    self-motion to rest at most and never reverses it. With several most of θ̈_H may point across θ̇_H,
+    Eq. (14) is scaled by min(1, ‖θ̇_H‖² / (−θ̇_H·θ̈_H Δt)), so that, with one redundant degree of freedom, one sample
+    brakes the self-motion to rest at most and never reverses it. With several of them most of θ̈_H may point across θ̇_H,
     where that scale does not bound it and it starts another self-motion; `switching="brake"` leaves that part out and
     applies only max(θ̇_H·θ̈_H / ‖θ̇_H‖², −1/Δt) θ̇_H. For one redundant degree of freedom the two are the same.
 

@@ -8,7 +8,7 @@ from .array import Array
 
 
 def null_vector(J: Array) -> Array:
-    """Return the unit vector z with J z = 0 of an arm with one redundant degree of freedom, oriented by det [J; zᵀ] > 0.
+    """Return the unit vector z with J z = 0, oriented by det [J; zᵀ] > 0, for one redundant degree of freedom.
 
     Its entries are the minors over the manipulability: for n = 3, z = (δ₂, δ₃, δ₁) / w. The minors are continuous over
     all configurations, and so is z wherever J has full rank; nowhere else is there a jump, or no direction at all.

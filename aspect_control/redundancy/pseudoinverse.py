@@ -15,8 +15,8 @@ RANK_TOLERANCE = 1e-12
 def least_norm_solution(A: Matrix, b: Vector) -> Vector:
     """Return x = A⁺b: the shortest of all x that bring A x nearest to b.
 
-    By the singular values of A, so that its condition number is not squared as in Eq. (26), A⁺ = Aᵀ(A Aᵀ)⁻¹. Those below
-    `RANK_TOLERANCE` times the largest one are left out: x stays bounded at and around the loss of rank.
+    By the singular values of A, so that its condition number is not squared as in Eq. (26), A⁺ = Aᵀ(A Aᵀ)⁻¹. Those
+    below `RANK_TOLERANCE` times the largest one are left out: x stays bounded at and around the loss of rank.
 
     Args:
         A: Matrix, shape (m, n).

@@ -55,34 +55,41 @@ def kernels_compiled() -> bool:
 
 
 class Kernel:
-    """A function of arrays and the version of it that is called: its own text, or compiled."""
+    """A function of arrays and the version of it that is called: its own text, or compiled.
+
+    Attributes:
+        text: The function as it stands.
+        is_compiled: Whether the compiled version is the one that is called.
+    """
 
     def __init__(self, function: Callable[..., Any]) -> None:
         """Keep a function."""
         update_wrapper(self, function)
         self.text = function
-        self._call = function
+        self._call: Any = function
+        self.is_compiled = False
 
-    def __call__(self, *arguments: Any) -> Any:
-        """Call the function."""
-        return self._call(*arguments)
-
-    @property
-    def is_compiled(self) -> bool:
-        """Whether the compiled version is the one that is called."""
-        return self._call is not self.text
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        """Call the function; a compiled one converts arrays of another order or type than it was compiled for."""
+        try:
+            return self._call(*arguments, **named)
+        except TypeError:
+            if not self.is_compiled:
+                raise
+            bound = signature(self.text).bind(*arguments, **named).arguments
+            kinds = self.text.__annotations__
+            return self._call(*(_converted(value, kinds[name]) for name, value in bound.items()))
 
     def compile(self) -> None:
         """Compile the function, with those that it calls, and call the compiled version from now on."""
         if not self.is_compiled:
-            self._dispatcher = _compiled(self.text)
-            self._call = _converting(self._dispatcher, self.text)
+            self._call, self.is_compiled = _compiled(self.text), True
 
     @property
     def _numba_type_(self) -> Any:
         # What Numba takes a global name for when it compiles the function of another kernel.
         self.compile()
-        return self._dispatcher._numba_type_
+        return self._call._numba_type_
 
     def __reduce__(self) -> str:
         """Pickle a kernel as the name of its function."""
@@ -92,7 +99,7 @@ class Kernel:
 def _compiled(function: Callable[..., Any]) -> Any:
     import numba
 
-    kinds = [parameter.annotation for parameter in signature(function).parameters.values()]
+    kinds = [kind for name, kind in function.__annotations__.items() if name != "return"]
     config: Any = numba.config
     users, folder = config.CACHE_DIR, _cache_folder()
     config.CACHE_DIR = str(folder or "")
@@ -111,19 +118,6 @@ def _numba_type(kind: str) -> Any:
     dimensions, dtype = _ARRAYS[kind]
     # An array that may be written to is passed where one is asked for that may not, but not the reverse.
     return types.Array(types.float64 if dtype is np.float64 else types.int64, dimensions, "C", readonly=True)
-
-
-def _converting(dispatcher: Any, function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the compiled function, or around it one that converts arrays of another order or type."""
-    kinds = [parameter.annotation for parameter in signature(function).parameters.values()]
-
-    def call(*arguments: Any) -> Any:
-        try:
-            return dispatcher(*arguments)
-        except TypeError:
-            return dispatcher(*map(_converted, arguments, kinds))
-
-    return call
 
 
 def _converted(value: Any, kind: str) -> Any:

@@ -641,11 +641,66 @@ def test_a_target_of_a_pose_that_is_not_finite_is_refused():
 
 def test_a_target_turns_lists_into_arrays():
     target = Target(x=[1, 2], dx=[0, 0], ddx=[0, 0])
-    assert not target.is_pose
-    np.testing.assert_array_equal(target.rows, [[1.0, 2.0], [0.0, 0.0], [0.0, 0.0]])
-    assert all(np.shares_memory(target.rows, part) for part in (target.x, target.dx, target.ddx))
+    np.testing.assert_array_equal([target.x, target.dx, target.ddx], [[1.0, 2.0], [0.0, 0.0], [0.0, 0.0]])
     assert target.x.dtype == np.float64
     assert target.x.shape == (2,)
+
+
+@pytest.mark.parametrize("trajectory", [*EVERY_KIND, StraightLine(np.ones(6), 2.0)], ids=repr)
+def test_the_arrays_of_a_target_are_read_only(trajectory):
+    targets = [Target(START, START, START)]
+    if trajectory.task_dim != 6:
+        targets.append(trajectory.target(0.3, START))
+    if trajectory.task_dim != 2:
+        targets.append(trajectory.target(0.3, pin.SE3.Identity()))
+    for target in targets:
+        for part in (target.x, target.dx, target.ddx):
+            if isinstance(part, np.ndarray):
+                with pytest.raises(ValueError, match="read-only"):
+                    part[0] = 1.0
+
+
+def test_a_target_keeps_copies_of_arrays():
+    given = [np.zeros(2), np.ones(2), np.full(2, 2.0)]
+    target = Target(*given)
+    for array in given:
+        array[:] = 9.0
+    np.testing.assert_array_equal([target.x, target.dx, target.ddx], [[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]])
+
+
+@pytest.mark.parametrize("dtype", [">f8", "<f4", ">i4", "int64", "uint8"])
+@pytest.mark.parametrize("step", [1, 2])
+def test_a_target_of_any_real_numbers_is_one_of_floats(dtype, step):
+    vector = np.array([1, 7, 2, 7], dtype=dtype)[::step]
+    target = Target(vector, vector, vector)
+    for part in (target.x, target.dx, target.ddx):
+        assert part.dtype == np.dtype(np.float64)
+        assert part.dtype.isnative
+        np.testing.assert_array_equal(part, vector)
+
+
+@pytest.mark.filterwarnings("ignore:overflow")
+def test_a_target_that_would_not_be_finite_is_refused_with_its_time():
+    line = StraightLine([1e300, 0.0], duration=1e-5)
+    with pytest.raises(NonFiniteError, match=r"the target at t = 2\.5e-06 s would not be finite"):
+        line.target(2.5e-6, START)
+
+
+@pytest.mark.parametrize("trajectory", EVERY_KIND, ids=repr)
+def test_an_array_as_start_that_is_not_finite_is_to_blame_itself(trajectory):
+    with pytest.raises(NonFiniteError, match="start must be finite"):
+        trajectory.target(0.3, np.array([np.nan, 0.0]), TASKS[0])
+
+
+@pytest.mark.parametrize("trajectory", EVERY_KIND, ids=repr)
+def test_targets_share_nothing_with_one_another_nor_with_the_start(trajectory):
+    start = START.copy()
+    one, other = (trajectory.target(0.3, start, TASKS[0]) for _ in range(2))
+    start[:] = 9.0
+    for name in ("x", "dx", "ddx"):
+        assert not np.shares_memory(getattr(one, name), getattr(other, name))
+        assert getattr(one, name).tobytes() == getattr(other, name).tobytes()
+    assert not np.shares_memory(one.x, start)
 
 
 def test_a_target_is_frozen():

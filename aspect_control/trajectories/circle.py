@@ -12,7 +12,7 @@ from ..exceptions import ParameterError, UnknownNameError
 from ..redundancy import Array
 from ..tasks import POSITION_AXES, Task
 from .path import PathTrajectory
-from .profiles import find_profile
+from .profiles import Progress, find_profile
 
 PLANES = tuple("".join(axes) for axes in permutations(POSITION_AXES, 2))
 """The planes that a circle may lie in; the order of the two coordinates says where on the circle the start is."""
@@ -57,7 +57,7 @@ class Circle(PathTrajectory):
         """None: a circle suits any task that has its plane's coordinates."""
         return None
 
-    def path(self, s: float, task: Task) -> tuple[Array, Array, Array]:
+    def path(self, progress: Progress, task: Task) -> Array:
         """Return the circle; see `PathTrajectory.path`."""
         missing = [axis for axis in self.plane if axis not in task.axes]
         if missing:
@@ -65,17 +65,23 @@ class Circle(PathTrajectory):
                 f"a circle in the plane {self.plane!r} needs the task coordinates {_listed(self.plane)}, "
                 f"the task {task.axes} has no {_listed(missing)}"
             )
+        s, ds, dds = progress
         full = 2.0 * math.pi * self.turns
-        sine, cosine = math.sin(full * s), math.cos(full * s)
-        path = np.zeros((3, task.dim))
-        path[:, [task.axes.index(axis) for axis in self.plane]] = self.radius * np.array(
-            [
-                [1.0 - cosine, sine],
-                [full * sine, full * cosine],
-                [full**2 * cosine, -(full**2) * sine],
-            ]
+        angle, rate, acceleration = full * s, full * ds, full * dds
+        sine, cosine = math.sin(angle), math.cos(angle)
+        first, second = (task.axes.index(axis) for axis in self.plane)
+        rows = np.zeros((3, task.dim))
+        rows[:, first] = (
+            self.radius * (1.0 - cosine),
+            self.radius * rate * sine,
+            self.radius * (rate**2 * cosine + acceleration * sine),
         )
-        return path[0], path[1], path[2]
+        rows[:, second] = (
+            self.radius * sine,
+            self.radius * rate * cosine,
+            self.radius * (acceleration * cosine - rate**2 * sine),
+        )
+        return rows
 
     def __repr__(self) -> str:
         """Show the circle as it was constructed."""

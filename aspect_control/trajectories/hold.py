@@ -8,6 +8,7 @@ from ..checks import positive
 from ..redundancy import Array
 from ..tasks import Task
 from .path import PathTrajectory
+from .profiles import Progress
 
 
 class Hold(PathTrajectory):
@@ -29,9 +30,9 @@ class Hold(PathTrajectory):
         """None: any task can stand still."""
         return None
 
-    def path(self, s: float, task: Task) -> tuple[Array, Array, Array]:
+    def path(self, progress: Progress, task: Task) -> Array:
         """Return the start; see `PathTrajectory.path`."""
-        return np.zeros(task.dim), np.zeros(task.dim), np.zeros(task.dim)
+        return np.zeros((3, task.dim))
 
     def __repr__(self) -> str:
         """Show the trajectory as it was constructed."""

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from math import isfinite
 
+import numpy as np
 import pinocchio as pin
 
 from ..checks import finite_number, finite_vector
-from ..exceptions import ShapeError
+from ..exceptions import NonFiniteError, ShapeError
 from ..redundancy import Array
 from ..tasks import Task, TaskValue, task_of_value
-from .profiles import UNIFORM, Profile
-from .target import Target
+from .profiles import UNIFORM, Profile, Progress
+from .target import Target, target_of_rows
 from .trajectory import Trajectory
+
+_FLOAT = np.dtype(np.float64)
 
 
 class PathTrajectory(Trajectory):
@@ -24,17 +28,17 @@ class PathTrajectory(Trajectory):
     _profile: Profile = UNIFORM
 
     @abstractmethod
-    def path(self, s: float, task: Task) -> tuple[Array, Array, Array]:
-        """Return the path, and its velocity and acceleration with respect to s.
+    def path(self, progress: Progress, task: Task) -> Array:
+        """Return where the path is, and its velocity and acceleration.
 
         Args:
-            s: How much of the path has been followed, from 0 to 1.
+            progress: How much of the path has been followed, s from 0 to 1, and its derivatives ṡ, 1/s, and s̈, 1/s².
             task: The task; it has `task_dim` coordinates.
 
         Returns:
-            Three arrays of shape (m,): the displacement from the start, m and rad, whose rotation entries are a
-            rotation vector in the world frame; the velocity, whose rotation entries are the angular velocity in the
-            world frame (which is the derivative of the rotation vector only if the axis stays the same); and the
+            A new array of three rows, shape (3, m): the displacement from the start, m and rad, whose rotation entries
+            are a rotation vector in the world frame; the velocity, whose rotation entries are the angular velocity in
+            the world frame (which is the derivative of the rotation vector only if the axis stays the same); and the
             derivative of the velocity.
 
         Raises:
@@ -50,12 +54,22 @@ class PathTrajectory(Trajectory):
         """Return the target at a time; see `Trajectory.target`."""
         if task is None:
             task = task_of_value(start if isinstance(start, pin.SE3) else finite_vector("start", start))
-        start = task.checked("start", start)
+        # Whether an array that has the right form already is finite, the target shows.
+        plain = type(start) is np.ndarray and start.dtype is _FLOAT and start.shape == (task.dim,)
+        if not plain or task.has_rotation:
+            start = task.checked("start", start)
         if self.task_dim not in (None, task.dim):
             raise ShapeError(
                 f"the trajectory has {self.task_dim} task coordinates, the task {task.axes} has {task.dim}"
             )
-        s, ds, dds = self._profile(finite_number("t", t) / self.duration)
-        ds, dds = ds / self.duration, dds / self.duration / self.duration
-        displacement, velocity, acceleration = self.path(s, task)
-        return Target(task.displaced(start, displacement), ds * velocity, ds**2 * acceleration + dds * velocity)
+        duration = self.duration
+        s, ds, dds = self._profile(finite_number("t", t) / duration)
+        rows = self.path((s, ds / duration, dds / duration / duration), task)
+        pose = task.displaced(start, rows[0]) if task.has_rotation else None
+        if pose is None:
+            x = rows[0]
+            x += start
+        if not isfinite(sum(rows.ravel().tolist())) and not np.isfinite(rows).all():
+            task.checked("start", start)
+            raise NonFiniteError(f"the target at t = {t:g} s would not be finite: x, dx and ddx are {rows.tolist()}")
+        return target_of_rows(rows, pose)

@@ -33,11 +33,15 @@ class Profile:
 
         At a breakpoint the acceleration is the one that follows; at 1 it is the one that was.
         """
-        if u < -SAME_INSTANT:
-            return 0.0, 0.0, 0.0
-        if u > 1.0 + SAME_INSTANT:
-            return 1.0, 0.0, 0.0
-        return self.pieces[bisect_right(self.breakpoints, u + SAME_INSTANT)](min(max(u, 0.0), 1.0))
+        if u < 0.0:
+            if u < -SAME_INSTANT:
+                return 0.0, 0.0, 0.0
+            u = 0.0
+        elif u > 1.0:
+            if u > 1.0 + SAME_INSTANT:
+                return 1.0, 0.0, 0.0
+            u = 1.0
+        return self.pieces[bisect_right(self.breakpoints, u + SAME_INSTANT)](u)
 
 
 def _speeding_up(acceleration: float) -> Callable[[float], Progress]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from math import isfinite
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -14,59 +14,70 @@ from ..exceptions import ShapeError
 from ..redundancy import Array
 from ..tasks import TaskValue, task_of_value
 
+_NAMES = ("target.x", "target.dx", "target.ddx")
+_set = object.__setattr__
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Target:
-    """What the task is to do at one instant.
+    """What the task is to do at one instant: copies of what is given, the arrays read-only.
 
     Attributes:
         x: Desired task value x_d: an array of shape (m,), m, or a `pin.SE3` for a task with rotations.
         dx: Desired velocity ẋ_d, shape (m,), m/s and rad/s; the rows of a frame's linear and angular velocity in the
             world frame.
         ddx: Desired acceleration ẍ_d, shape (m,), m/s² and rad/s²; the derivative of `dx`.
-        rows: The three in one array, shape (3, m), of which `dx`, `ddx` and an `x` that is no pose are the rows; zeros
-            in place of a pose.
-        is_pose: Whether `x` is a pose.
 
     Raises:
-        ShapeError: If `dx` and `ddx`, and `x` where it is no pose, are not vectors of one length.
+        ShapeError: If `dx` and `ddx`, and `x` where it is no pose, are not vectors of numbers of one length.
         NonFiniteError: If one holds NaN or infinity.
     """
 
     x: TaskValue
     dx: Array
     ddx: Array
-    rows: Array = field(init=False, repr=False)
-    is_pose: bool = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Check the three and turn them into copies: arrays, or a pose."""
+        """Check the three and keep copies."""
         is_pose = isinstance(self.x, pin.SE3)
-        rows = None if is_pose else _usual_rows(self.x, self.dx, self.ddx)
-        x, rows = (None, rows) if rows is not None else _checked(self.x, self.dx, self.ddx, is_pose)
-        object.__setattr__(self, "rows", rows)
-        object.__setattr__(self, "is_pose", is_pose)
-        object.__setattr__(self, "x", x if is_pose else rows[0])
-        object.__setattr__(self, "dx", rows[1])
-        object.__setattr__(self, "ddx", rows[2])
+        x = task_of_value(self.x).checked("target.x", self.x) if is_pose else _read_only("target.x", self.x)
+        vectors = [_read_only("target.dx", self.dx), _read_only("target.ddx", self.ddx)]
+        compared = dict(zip(_NAMES[is_pose:], vectors if is_pose else [x, *vectors], strict=True))
+        if len({each.shape for each in compared.values()}) > 1:
+            *first, last = compared
+            shapes = ", ".join(str(each.shape) for each in compared.values())
+            raise ShapeError(f"{', '.join(first)} and {last} must have one shape, got {shapes}")
+        _set(self, "x", x)
+        _set(self, "dx", vectors[0])
+        _set(self, "ddx", vectors[1])
+
+    @property
+    def rows(self) -> Array:
+        """The three in one array, shape (3, m); zeros in place of a pose."""
+        return np.array((np.zeros(len(self.dx)) if self.is_pose else self.x, self.dx, self.ddx))
+
+    @property
+    def is_pose(self) -> bool:
+        """Whether `x` is a pose."""
+        return isinstance(self.x, pin.SE3)
 
 
-def _usual_rows(*vectors: ArrayLike) -> Array | None:
-    """Return three vectors of one length and finite entries as one array; None for anything else."""
-    try:
-        rows = np.array(vectors, dtype=np.float64)
-    except (TypeError, ValueError):
-        return None
-    return rows if rows.ndim == 2 and isfinite(sum(rows.ravel().tolist())) else None
+def target_of_rows(rows: Array, pose: Any = None) -> Target:
+    """Return the target of numbers that are known to be finite and belong to nobody else: nothing is copied.
+
+    Args:
+        rows: x_d, ẋ_d and ẍ_d, shape (3, m), float64; read-only from here on.
+        pose: x_d of a task with rotations, a `pin.SE3`, in place of the first row.
+    """
+    rows.setflags(write=False)
+    target = object.__new__(Target)
+    _set(target, "x", rows[0] if pose is None else pose)
+    _set(target, "dx", rows[1])
+    _set(target, "ddx", rows[2])
+    return target
 
 
-def _checked(x: TaskValue, dx: ArrayLike, ddx: ArrayLike, is_pose: bool) -> tuple[TaskValue, Array]:
-    """Return x, and the rows of `Target.rows`, after checking one after the other."""
-    x = task_of_value(x).checked("target.x", x) if is_pose else finite_vector("target.x", x)
-    dx, ddx = finite_vector("target.dx", dx), finite_vector("target.ddx", ddx)
-    if dx.shape != ddx.shape or not (is_pose or x.shape == dx.shape):
-        vectors = {"target.x": x, "target.dx": dx, "target.ddx": ddx}
-        *first, last = [name for name in vectors if not (is_pose and name == "target.x")]
-        shapes = ", ".join(str(vectors[name].shape) for name in (*first, last))
-        raise ShapeError(f"{', '.join(first)} and {last} must have one shape, got {shapes}")
-    return x, np.array((np.zeros(len(dx)) if is_pose else x, dx, ddx))
+def _read_only(name: str, value: ArrayLike) -> Array:
+    vector = finite_vector(name, value)
+    vector.setflags(write=False)
+    return vector

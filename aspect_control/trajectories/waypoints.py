@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -10,7 +12,7 @@ from ..exceptions import NonFiniteError, ParameterError, ShapeError
 from ..redundancy import Array
 from ..tasks import AXES, POSITION_AXES, Task
 from .path import PathTrajectory
-from .profiles import SAME_INSTANT
+from .profiles import SAME_INSTANT, Progress
 from .rotation_vector import angular_motion
 
 _ROTATION = slice(len(POSITION_AXES), len(AXES))
@@ -65,22 +67,34 @@ class Waypoints(PathTrajectory):
 
         from scipy.interpolate import CubicSpline
 
-        self._spline = CubicSpline(knots, through, bc_type="clamped")
+        # What scipy evaluates in 15 µs, for it is made for many times at once: coefficients of h³, h², h and 1.
+        self._cubics = np.ascontiguousarray(CubicSpline(knots, through, bc_type="clamped").c.swapaxes(0, 1))
+        self._knots: list[float] = knots.tolist()
+        self._inner_knots = self._knots[1:-1]
 
     @property
     def task_dim(self) -> int:
         """Number of task coordinates m."""
         return int(self.points.shape[1])
 
-    def path(self, s: float, task: Task) -> tuple[Array, Array, Array]:
+    def path(self, progress: Progress, task: Task) -> Array:
         """Return the curve; see `PathTrajectory.path`."""
-        curve = np.array([self._spline(s, order) for order in range(3)])
+        s, ds, dds = progress
+        stretch = bisect_right(self._inner_knots, s)
+        h = s - self._knots[stretch]
+        slope = 3.0 * h**2, 2.0 * h, 1.0, 0.0
+        powers = (
+            (h**3, h**2, h, 1.0),
+            [ds * each for each in slope],
+            [ds**2 * bend + dds * each for bend, each in zip((6.0 * h, 2.0, 0.0, 0.0), slope, strict=True)],
+        )
+        curve: Array = np.array(powers).dot(self._cubics[stretch])
         if task.has_rotation:
             motion = np.zeros((3, len(AXES)))
             motion[:, task.rows] = curve
             motion[1:, _ROTATION] = angular_motion(*motion[:, _ROTATION])
             curve[1:] = motion[1:, task.rows]
-        return curve[0], curve[1], curve[2]
+        return curve
 
     def __repr__(self) -> str:
         """Show the curve as it was constructed."""

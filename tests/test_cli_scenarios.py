@@ -164,10 +164,10 @@ def test_run_that_fails_in_its_second_law_keeps_the_first(tmp_path):
 
 @pytest.fixture(scope="module")
 def interrupted(tmp_path_factory):
-    """A run that gets a SIGINT as soon as its first law is recorded."""
+    """A run that gets a SIGINT while its second law is under way."""
     folder = tmp_path_factory.mktemp("interrupted")
     process = subprocess.Popen(
-        [COMMAND, "run", "planar3r", "--out", str(folder), "--set", "simulation.dt=2e-4"],
+        [COMMAND, "run", "planar3r", "--out", str(folder), "--set", "simulation.dt=2e-5"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -178,20 +178,28 @@ def interrupted(tmp_path_factory):
         patience = time.monotonic() + 60.0
         while not (folder / "pseudoinverse.npz").exists() and process.poll() is None and time.monotonic() < patience:
             time.sleep(0.01)
+        time.sleep(1.0)
         process.send_signal(signal.SIGINT)
-        stdout, stderr = process.communicate(timeout=30.0)
+        stdout, stderr = process.communicate(timeout=60.0)
     finally:
         process.kill()
     return folder, subprocess.CompletedProcess(process.args, process.returncode, stdout, stderr)
 
 
 @posix
-def test_interrupted_run_keeps_the_law_that_is_done_and_nothing_half_written(interrupted):
+def test_interrupted_run_keeps_the_law_that_is_done_and_the_one_under_way_and_nothing_half_written(interrupted):
     folder, _ = interrupted
-    assert [path.name for path in folder.iterdir()] == ["pseudoinverse.npz"]
-    recorded = ac.Run.load(folder / "pseudoinverse.npz")
-    assert recorded.status == "finished"
-    assert len(recorded.t) == 10001
+    assert {path.name for path in folder.iterdir()} == {"pseudoinverse.npz", "null-space-vector.npz", "summary.json"}
+    done, last = (ac.Run.load(folder / f"{law}.npz") for law in ("pseudoinverse", "null-space-vector"))
+    assert (done.status, len(done.t)) == ("finished", 100001)
+    assert last.status == "interrupted"
+    assert last.message == f"interrupted at t = {last.t[-1]:.6g} s: by the user"
+    assert 1 <= len(last.t) < 100001
+    summary = json.loads((folder / "summary.json").read_text())["controllers"]
+    assert {law: each["status"] for law, each in summary.items()} == {
+        "pseudoinverse": "finished",
+        "null-space-vector": "interrupted",
+    }
 
 
 @posix

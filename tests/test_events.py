@@ -1,6 +1,9 @@
 """Events that end a run, and motors that saturate."""
 
 import re
+import signal
+import sys
+import threading
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +25,7 @@ from aspect_control.simulation import (
     TorqueLimit,
     TrackingLost,
     WorkspaceLeft,
+    completed,
 )
 from aspect_control.views import comparison_figure, run_figure, save_figure
 
@@ -509,3 +513,161 @@ def test_saturation_loses_energy_bookkeeping_nowhere():
     kinetic = 0.5 * run.v[-1] @ pin.crba(ARM.model, ARM.model.createData(), run.q[-1]) @ run.v[-1]
     assert gain == pytest.approx(kinetic, rel=1e-12)
     assert work == pytest.approx(gain, abs=1e-8)
+
+
+# What watch, events and the user raise
+
+
+class Raising(Event):
+    status = "never"
+
+    def __init__(self, error, t):
+        self.error, self.t = error, t
+
+    def check(self, moment):
+        if moment.t >= self.t:
+            raise self.error
+
+
+def raising(error, t):
+    """The arguments of `simulate` by which each of its callbacks raises an error at or soon after a time."""
+
+    def watch(moment):
+        if moment.t >= t:
+            raise error
+
+    def progress(part):
+        if 2.0 * part >= t:
+            raise error
+
+    return {
+        "watch": {"watch": watch},
+        "Raising": {"events": (Diverged(), Raising(error, t))},
+        "progress": {"progress": progress},
+    }
+
+
+CALLBACKS = ("watch", "Raising", "progress")
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return simulate(law("jmdc"), A, q0=Q0, dt=2e-3)
+
+
+def assert_beginning_of(run, whole):
+    assert 1 <= len(run.t) < len(whole.t)
+    for name in ARRAYS:
+        np.testing.assert_array_equal(getattr(run, name), getattr(whole, name)[: len(run.t)])
+
+
+@pytest.mark.parametrize("by", CALLBACKS)
+@pytest.mark.parametrize("error", [RuntimeError("no more"), ParameterError("no more"), ZeroDivisionError("no more")])
+def test_an_error_of_the_user_s_own_code_ends_the_run_which_says_so_and_can_be_saved(whole, tmp_path, by, error):
+    run = simulate(law("jmdc"), A, q0=Q0, dt=2e-3, **raising(error, 0.5)[by])
+    assert_beginning_of(run, whole)
+    assert (run.status, run.error) == ("failed", error)
+    assert run.message == f"failed at t = {run.t[-1]:.6g} s: {by} raised {type(error).__name__}: no more"
+    assert run.t[-1] == pytest.approx(0.5, abs=0.03)
+    run.save(tmp_path / "run.npz")
+    assert Run.load(tmp_path / "run.npz") == run
+    with pytest.raises(type(error), match="no more"):
+        completed(run)
+
+
+@pytest.mark.parametrize("by", CALLBACKS)
+def test_ctrl_c_ends_the_run_which_says_so_and_can_be_saved(whole, tmp_path, by):
+    run = simulate(law("jmdc"), A, q0=Q0, dt=2e-3, **raising(KeyboardInterrupt(), 0.5)[by])
+    assert_beginning_of(run, whole)
+    assert run.status == "interrupted"
+    assert run.message == f"interrupted at t = {run.t[-1]:.6g} s: by the user"
+    run.save(tmp_path / "run.npz")
+    assert Run.load(tmp_path / "run.npz").status == "interrupted"
+    with pytest.raises(KeyboardInterrupt):
+        completed(run)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_a_real_signal_in_the_middle_of_a_sample_leaves_whole_samples():
+    finer = simulate(law("jmdc"), A, q0=Q0, dt=1e-4)
+    for delay in (0.01, 0.02, 0.05):
+        threading.Timer(delay, signal.raise_signal, [signal.SIGINT]).start()
+        run = simulate(law("jmdc"), A, q0=Q0, dt=1e-4)
+        assert run.status == "interrupted"
+        assert_beginning_of(run, finer)
+
+
+def test_ctrl_c_before_the_first_sample_goes_on():
+    class Interrupted(controllers.NullSpaceVector):
+        def command(self, state, target):
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        simulate(Interrupted(ARM), A, q0=Q0)
+
+
+def test_an_error_of_a_law_or_a_trajectory_reaches_the_caller_as_it_is():
+    class Broken(controllers.NullSpaceVector):
+        def command(self, state, target):
+            raise ZeroDivisionError("broken")
+
+    class Line(StraightLine):
+        def target(self, t, start, task=None):
+            raise ZeroDivisionError("broken")
+
+    for broken, line in ((Broken(ARM), A), (law("jmdc"), Line([1.5, 1.0], 2.0))):
+        with pytest.raises(ZeroDivisionError, match="broken"):
+            simulate(broken, line, q0=Q0)
+
+
+def test_a_run_that_nothing_interrupts_has_no_error(whole):
+    assert whole.error is None
+    assert completed(whole) is whole
+
+
+@pytest.mark.parametrize("saturation", [None, 5.0])
+def test_watch_and_events_cannot_change_the_run(whole, saturation):
+    class Meddling(Event):
+        status = "never"
+
+        def check(self, moment):
+            watch(moment)
+
+    def watch(moment):
+        for array in (moment.q, moment.v, moment.tau, moment.target.x, moment.target.dx, moment.target.ddx):
+            with pytest.raises(ValueError, match="read-only"):
+                array[0] = 1e3
+        moment.x[:] = 1e3
+
+    plain = simulate(law("jmdc"), A, q0=Q0, dt=2e-3, saturation=saturation)
+    run = simulate(
+        law("jmdc"), A, q0=Q0, dt=2e-3, saturation=saturation, watch=watch, events=(Meddling(), *DEFAULT_EVENTS)
+    )
+    assert run == plain
+
+
+def test_the_task_value_of_a_moment_depends_on_nothing_but_its_configuration():
+    seen = []
+
+    def watch(moment):
+        moment.arm.task_position(-moment.q)
+        seen.append(moment)
+
+    run = simulate(law("jmdc"), A, q0=Q0, dt=2e-2, watch=watch)
+    np.testing.assert_array_equal([moment.x for moment in seen], run.x)
+
+
+def test_an_integrator_and_a_law_that_use_their_arrays_again_change_no_recorded_sample(whole):
+    class Reusing(INTEGRATORS["rk4"]):
+        def __init__(self):
+            self.q, self.v = np.empty(3), np.empty(3)
+
+        def step(self, plant, q, v, tau, dt):
+            self.q[:], self.v[:] = super().step(plant, q, v, tau, dt)
+            return self.q, self.v
+
+    seen = []
+    run = simulate(law("jmdc"), A, q0=Q0, dt=2e-3, integrator=Reusing(), watch=seen.append)
+    assert run == whole
+    np.testing.assert_array_equal([moment.q for moment in seen], run.q)
+    np.testing.assert_array_equal([moment.v for moment in seen], run.v)

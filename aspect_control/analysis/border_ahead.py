@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..controllers import Controller
 from ..exceptions import AspectBorderWarning, AspectControlError, UndefinedCriterionWarning
-from ..simulation import Run, simulate
+from ..simulation import Run, completed, simulate
 from ..trajectories import Trajectory
 from .metrics import minor_zero_crossings, signed_at_start
 
@@ -84,7 +84,7 @@ def preview(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AspectBorderWarning)
         warnings.simplefilter("ignore", UndefinedCriterionWarning)
-        return simulate(controller, trajectory, q0=q0, v0=v0, dt=max(1.0 / steps_per_second, dt))
+        return completed(simulate(controller, trajectory, q0=q0, v0=v0, dt=max(1.0 / steps_per_second, dt)))
 
 
 def border_ahead(run: Run, near: float = NEAR) -> BorderAhead | None:

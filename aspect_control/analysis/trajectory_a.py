@@ -10,7 +10,7 @@ import numpy as np
 from .. import controllers
 from ..arm import Arm
 from ..resources import model_path
-from ..simulation import Run, simulate
+from ..simulation import Run, completed, simulate
 from ..trajectories import StraightLine
 from .limit import ContinuousLimit, continuous_limit
 
@@ -77,7 +77,7 @@ def run_law(law: str, dt: float, progress: Callable[[float], None] | None = None
         **parameters: The law's parameters, where they are not the defaults.
     """
     controller = controllers.create(law, planar_arm(), **parameters)
-    return simulate(controller, TRAJECTORY, q0=Q0, dt=dt, progress=progress)
+    return completed(simulate(controller, TRAJECTORY, q0=Q0, dt=dt, progress=progress))
 
 
 def reproduce(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -86,7 +86,10 @@ def run(
     host: Host = "127.0.0.1",
     port: Port = 7000,
 ) -> None:
-    """Run the laws of a scenario; write runs, figures, a replay and a summary; warn of a border of the aspect ahead."""
+    """Run the laws of a scenario; write runs, figures, a replay and a summary; warn of a border of the aspect ahead.
+
+    Ctrl-C ends it: the runs so far are kept, the last one up to then, with a summary.
+    """
     from ..analysis import summarize, warn_of_border_ahead
     from ..controllers import Controller
     from ..files import output_folder, write_text
@@ -105,17 +108,26 @@ def run(
         runs[label] = finished
         finished.save(folder / f"{label}.npz")
 
+    def summarised() -> dict[str, Any]:
+        summary = {label: summarize(each) for label, each in runs.items()}
+        write_text(folder / "summary.json", as_json({"scenario": scenario.stem, "controllers": summary}))
+        return summary
+
     def look_ahead(label: str, law: Controller) -> None:
         q0, trajectory = described.start_configuration(law.arm), described.trajectory.build()
         dt, v0 = described.simulation.dt, described.start.velocities
         warn_of_border_ahead(law, trajectory, q0=q0, v0=v0, dt=dt, label=label)
 
     with progress_bar() as progress:
-        with view or nullcontext():
-            described.run_each(keep, progress, look_ahead, None if view is None else view.watch)
+        try:
+            with view or nullcontext():
+                described.run_each(keep, progress, look_ahead, None if view is None else view.watch)
+        except KeyboardInterrupt:
+            if runs:
+                summarised()
+            raise
         progress("summary and figures", 1.0)
-        summary = {label: summarize(each) for label, each in runs.items()}
-        write_text(folder / "summary.json", as_json({"scenario": scenario.stem, "controllers": summary}))
+        summary = summarised()
         for label, each in runs.items():
             figure = run_figure(each, f"{plain_text(scenario.stem)}: {law_name(label)}")
             save_figure(figure, folder / f"{label}.png")

@@ -14,7 +14,7 @@ from ..arm import Arm
 from ..checks import finite_vector
 from ..controllers import Controller
 from ..redundancy import Array
-from ..simulation import Moment, Run, simulate
+from ..simulation import Moment, Run, completed, simulate
 from .sections import (
     CircleSection,
     ControllerSection,
@@ -146,6 +146,8 @@ class Scenario(Section):
     ) -> None:
         """Run every law and hand each run over as soon as it is there.
 
+        One that Ctrl-C or an exception in `watch` or `progress` interrupts is handed over too, and is the last.
+
         Args:
             keep: Called with label and run.
             progress: As for `run`.
@@ -154,6 +156,7 @@ class Scenario(Section):
 
         Raises:
             AspectControlError: If the scenario does not fit the robot.
+            BaseException: What interrupted the last run: `run.error`.
         """
         arm = self.arm()
         q0, laws, trajectory = self.start_configuration(arm), self.laws(arm), self.trajectory.build()
@@ -161,21 +164,20 @@ class Scenario(Section):
         for i, (label, law) in enumerate(laws.items()):
             if before is not None:
                 before(label, law)
-            keep(
-                label,
-                simulate(
-                    law,
-                    trajectory,
-                    q0=q0,
-                    v0=self.start.velocities,
-                    dt=self.simulation.dt,
-                    integrator=self.simulation.integrator,
-                    saturation=saturation,
-                    events=self.limits.events(arm),
-                    progress=_share(progress, label, i, len(laws)),
-                    watch=None if watch is None else watch(label),
-                ),
+            run = simulate(
+                law,
+                trajectory,
+                q0=q0,
+                v0=self.start.velocities,
+                dt=self.simulation.dt,
+                integrator=self.simulation.integrator,
+                saturation=saturation,
+                events=self.limits.events(arm),
+                progress=_share(progress, label, i, len(laws)),
+                watch=None if watch is None else watch(label),
             )
+            keep(label, run)
+            completed(run)
 
 
 def _share(

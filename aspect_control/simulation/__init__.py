@@ -12,7 +12,7 @@ from .events import (
     WorkspaceLeft,
 )
 from .integrators import INTEGRATORS, Integrator, RungeKutta4, SemiImplicitEuler
-from .loop import simulate
+from .loop import completed, simulate
 from .plant import Plant
 from .run import Run
 from .run_file import RunInfo
@@ -34,5 +34,6 @@ __all__ = [
     "TorqueLimit",
     "TrackingLost",
     "WorkspaceLeft",
+    "completed",
     "simulate",
 ]

@@ -18,7 +18,7 @@ from ..trajectories import Target
 
 
 class Moment(NamedTuple):
-    """One sample of a run in the making.
+    """One sample of a run in the making; its arrays are read-only.
 
     Attributes:
         arm: The arm.
@@ -38,7 +38,7 @@ class Moment(NamedTuple):
 
     @property
     def x(self) -> TaskValue:
-        """Task value at q: shape (m,), m, or a `pin.SE3` for a task with rotations."""
+        """Task value at q, computed when asked for: shape (m,), m, or a `pin.SE3` for a task with rotations."""
         return self.arm.task_position(self.q)
 
 
@@ -77,7 +77,7 @@ class Diverged(Event):
 
     def check(self, moment: Moment) -> str | None:
         """Return why the run ends, or None."""
-        speeds = [abs(each) for each in moment.v.tolist()]
+        speeds = list(map(abs, moment.v.tolist()))
         speed = max(speeds)
         if speed <= self.speed:
             return None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,7 +17,7 @@ from ..trajectories import Trajectory
 from .events import DEFAULT_EVENTS, Event, Moment, torque_limit
 from .integrators import Integrator, find_integrator
 from .plant import Plant
-from .recorder import Recorder
+from .recorder import Recorder, read_only
 from .run import Run
 from .run_file import RunInfo, versions
 
@@ -40,8 +41,15 @@ def simulate(
     """Run a law on a trajectory in closed loop and record it.
 
     The torque is computed at every sample and held until the next. The trajectory starts where q0 puts the task
-    frame. An event ends the run early: `run.status` and `run.message` say how and why, and what was recorded up to then
-    is kept. A state or a torque that is no longer finite ends a run as `"diverged"`, whatever the events.
+    frame. Whatever ends the run early, what was recorded up to then is returned; `run.status` and `run.message` say how
+    and why it ended:
+
+    - by an event, with the event's own status;
+    - as `"diverged"`, whatever the events, when a state or a torque is no longer finite;
+    - as `"interrupted"` by the user's Ctrl-C, and as `"failed"` by an exception in `watch`, an event or `progress`:
+      `run.error` is what was raised, so that `raise run.error` goes on with it.
+
+    An exception in the law or the trajectory is not a way for a run to end: it reaches the caller as it is.
 
     Args:
         controller: The law, with its arm.
@@ -54,11 +62,11 @@ def simulate(
             torque is cut off there and recorded as it was applied. None for motors without limits.
         events: What ends the run early.
         progress: Called with the part of the motion that is done, 0 to 1, about a hundred times.
-        watch: Called with every sample as it is recorded, such as `views.LiveView.watch`.
+        watch: Called with every sample as it is recorded, such as `views.LiveView.watch`; its arrays are read-only.
 
     Returns:
-        The run, with k = ⌊duration / dt⌋ + 1 samples if nothing ends it early; the sample at which an event ends it is
-        recorded.
+        The run, with k = ⌊duration / dt⌋ + 1 samples if nothing ends it early; the sample at which an event or an
+        exception ends it is recorded.
 
     Raises:
         ShapeError: If q0 or v0 has the wrong shape, or the trajectory another number of task coordinates than the arm.
@@ -66,6 +74,7 @@ def simulate(
         ParameterError: If the torque at the start is not finite, `events` are no events, or dt is not above zero,
             longer than the motion, or so short that the recording would not fit.
         UnknownNameError: If there is no such integrator.
+        KeyboardInterrupt: If the user's Ctrl-C comes before anything is recorded.
     """
     arm = controller.arm
     q = arm.checked_configuration(finite_vector("q0", q0, arm.nq))
@@ -78,35 +87,41 @@ def simulate(
             f"the arm's task {arm.task} has {arm.task_dim}: give one number for each"
         )
     _require_events(events, arm)
-    method, plant, start = find_integrator(integrator), Plant(arm), arm.task_position(q)
+    method, plant, start, task = find_integrator(integrator), Plant(arm), arm.task_position(q), arm.coordinates
     recorder = Recorder(arm, np.arange(samples, dtype=np.float64) * dt)
-    status, message = "finished", f"finished at t = {recorder.t[-1]:.6g} s"
     report_every = max(1, samples // 100)
+    end = _End("finished", float(recorder.t[-1]))
     controller.reset(q, v, dt)
-    for i in range(samples):
-        t = float(recorder.t[i])
-        target = trajectory.target(t, start, arm.coordinates)
-        try:
-            tau = controller.torque(q, v, target)
-        except NonFiniteError as error:
-            status, message = "diverged", f"diverged at t = {t:.6g} s: {error}"
-            break
-        applied = tau if limit is None else np.clip(tau, -limit, limit)
-        recorder.add(q, v, applied, target)
-        moment = Moment(arm, t, q, v, tau, target)
-        if watch is not None:
-            watch(moment)
-        ended = _ended(events, moment)
-        if ended is not None:
-            status, message = ended
-            break
-        q, v = method.step(plant, q, v, applied, dt)
-        if progress is not None and (i + 1) % report_every == 0:
-            progress((i + 1) / samples)
-    if progress is not None:
-        progress(1.0)
+    try:
+        for i, t in enumerate(recorder.t.tolist()):
+            target = trajectory.target(t, start, task)
+            try:
+                tau = controller.torque(q, v, target)
+            except NonFiniteError as error:
+                end = _End("diverged", t, str(error))
+                break
+            applied = tau if limit is None else np.clip(tau, -limit, limit)
+            q, v = recorder.add(q, v, applied, target)
+            moment = Moment(arm, t, q, v, read_only(tau), target)
+            if watch is not None:
+                _call(watch, "watch", moment)
+            ended = _event_at(moment, events)
+            if ended is not None:
+                end = ended
+                break
+            q, v = method.step(plant, q, v, applied, dt)
+            if progress is not None and (i + 1) % report_every == 0:
+                _call(progress, "progress", (i + 1) / samples)
+        if progress is not None:
+            _call(progress, "progress", 1.0)
+    except _CallbackError as raised:
+        end = _End("failed", recorder.last, str(raised), raised.error)
+    except KeyboardInterrupt as error:
+        if recorder.count == 0:
+            raise
+        end = _End("interrupted", recorder.last, "by the user", error)
     if recorder.count == 0:
-        raise ParameterError(f"the run cannot start: {message}")
+        raise ParameterError(f"the run cannot start: {end.message}")
     info = RunInfo(
         controller=controller.name,
         parameters=controller.parameters,
@@ -114,11 +129,53 @@ def simulate(
         trajectory=repr(trajectory),
         dt=dt,
         integrator=method.name,
-        status=status,
-        message=message,
+        status=end.status,
+        message=end.message,
         versions=versions(),
     )
-    return recorder.run(info)
+    return recorder.run(info, end.error)
+
+
+class _End(NamedTuple):
+    """How a run ended, when, and what was raised, if anything."""
+
+    status: str
+    t: float
+    reason: str = ""
+    error: BaseException | None = None
+
+    @property
+    def message(self) -> str:
+        """The status in words."""
+        return f"{self.status} at t = {self.t:.6g} s{': ' if self.reason else ''}{self.reason}"
+
+
+class _CallbackError(Exception):
+    """What the user's own code raised while a run called it."""
+
+    def __init__(self, name: str, error: Exception) -> None:
+        super().__init__(f"{name} raised {type(error).__name__}: {error}")
+        self.error = error
+
+
+def _call(callback: Callable[[Any], Any], name: str, argument: Any) -> Any:
+    try:
+        return callback(argument)
+    except Exception as error:
+        raise _CallbackError(name, error) from error
+
+
+def completed(run: Run) -> Run:
+    """Return a run that came to an end by itself or by an event; go on with what interrupted it otherwise.
+
+    For code that makes many runs: the user's Ctrl-C is meant for all of them.
+
+    Raises:
+        BaseException: `run.error`, if there is one.
+    """
+    if run.error is not None:
+        raise run.error
+    return run
 
 
 def _require_events(events: Sequence[Event], arm: Arm) -> None:
@@ -128,11 +185,12 @@ def _require_events(events: Sequence[Event], arm: Arm) -> None:
         event.require_fits(arm)
 
 
-def _ended(events: Sequence[Event], moment: Moment) -> tuple[str, str] | None:
+def _event_at(moment: Moment, events: Sequence[Event]) -> _End | None:
+    """Return the end that the first event brings about, if one does."""
     for event in events:
-        reason = event.check(moment)
+        reason = _call(event.check, type(event).__name__, moment)
         if reason is not None:
-            return event.status, f"{event.status} at t = {moment.t:.6g} s: {reason}"
+            return _End(event.status, moment.t, reason)
     return None
 
 

@@ -24,25 +24,32 @@ class Recorder:
         self.t = t
         self.count = 0
         self._arm = arm
-        samples, m = len(t), arm.task_dim
-        self._q, self._v, self._tau = (
-            np.empty((samples, arm.nq)),
-            np.empty((samples, arm.nv)),
-            np.empty((samples, arm.nv)),
-        )
-        self._x = np.empty((samples, arm.coordinates.encoded_size))
-        self._dx, self._ddx = np.empty((samples, m)), np.empty((samples, m))
+        k, m = len(t), arm.task_dim
+        self._q, self._v, self._tau = (np.empty((k, size)) for size in (arm.nq, arm.nv, arm.nv))
+        self._x = np.empty((k, arm.coordinates.encoded_size))
+        self._dx, self._ddx = np.empty((k, m)), np.empty((k, m))
+        self._shown_q, self._shown_v = read_only(self._q), read_only(self._v)
 
-    def add(self, q: Array, v: Array, tau: Array, target: Target) -> None:
-        """Record one sample: q (nq,), v (nv,), tau (nv,) as applied, and the target."""
+    @property
+    def last(self) -> float:
+        """Time of the last sample recorded, s."""
+        return float(self.t[self.count - 1])
+
+    def add(self, q: Array, v: Array, tau: Array, target: Target) -> tuple[Array, Array]:
+        """Record one sample: q (nq,), v (nv,), tau (nv,) as applied, and the target.
+
+        Returns:
+            q and v as they were recorded, read-only.
+        """
         i = self.count
         self._q[i], self._v[i], self._tau[i] = q, v, tau
         self._x[i] = self._arm.coordinates.encode(target.x)
         self._dx[i], self._ddx[i] = target.dx, target.ddx
         self.count += 1
+        return self._shown_q[i], self._shown_v[i]
 
-    def run(self, info: RunInfo) -> Run:
-        """Return what was recorded as a run."""
+    def run(self, info: RunInfo, error: BaseException | None = None) -> Run:
+        """Return what was recorded as a run, with what was raised to end it, if anything."""
         done = slice(self.count)
         return Run(
             t=self.t[done],
@@ -54,4 +61,12 @@ class Recorder:
             ddx_desired=self._ddx[done],
             arm=self._arm,
             info=info,
+            error=error,
         )
+
+
+def read_only(array: Array) -> Array:
+    """Return a view of an array through which it cannot be changed."""
+    view: Array = array.view()
+    view.setflags(write=False)
+    return view

@@ -45,6 +45,8 @@ class Run:
         ddx_desired: Desired task accelerations, shape (k, m), m/s².
         arm: The arm.
         info: How the run came about.
+        error: What ended the run as `"interrupted"` or `"failed"`, such as what `watch` raised; None otherwise, and for
+            a run from a file.
     """
 
     t: Array
@@ -56,10 +58,11 @@ class Run:
     ddx_desired: Array
     arm: Arm
     info: RunInfo
+    error: BaseException | None = None
 
     @property
     def status(self) -> str:
-        """How the run ended: `"finished"`, or the status of the event that ended it."""
+        """How the run ended: `"finished"`, `"diverged"`, `"interrupted"`, `"failed"` or the status of an event."""
         return self.info.status
 
     @property
@@ -211,7 +214,7 @@ class Run:
             RunFileError: If the file is missing, is no recorded run or is damaged.
         """
         arrays, arm, info = read_run(path)
-        return cls(**arrays, arm=arm, info=info)
+        return cls(**arrays, arm=arm, info=info)  # type: ignore[arg-type]
 
     def __eq__(self, other: object) -> bool:
         """Tell whether two runs hold the same recording, bit for bit, of the same arm and law."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...exceptions import ParameterError
-from ...simulation import simulate
+from ...simulation import completed, simulate
 from ...trajectories import StraightLine
 from .experiment import Experiment
 from .outcome import Outcome, SampleOutcome, outcome, sample_outcome
@@ -83,7 +83,7 @@ def time_estimate(experiment: Experiment, samples: int, workers: int) -> float:
     line = StraightLine(draw.line.displacement * (duration / draw.line.duration) ** 2, duration, draw.line.profile)
     started = time.perf_counter()
     for label, law in laws.items():
-        outcome(label, simulate(law, line, q0=draw.q0, dt=dt, events=()), None)
+        outcome(label, completed(simulate(law, line, q0=draw.q0, dt=dt, events=())), None)
     per_second = (time.perf_counter() - started) / duration
     return per_second * own.duration * samples / max(1, min(workers, samples))
 

@@ -25,7 +25,7 @@ from ...exceptions import (
 from ...redundancy import Array
 from ...scenario import Scenario
 from ...scenario.sections import ControllerSection, LineSection
-from ...simulation import Diverged, Event, Run, TrackingLost, WorkspaceLeft, simulate
+from ...simulation import Diverged, Event, Run, TrackingLost, WorkspaceLeft, completed, simulate
 from ...trajectories import StraightLine
 
 SHORTEST, LONGEST = 0.5, 1.5
@@ -218,7 +218,7 @@ class Experiment:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", AspectBorderWarning)
             warnings.simplefilter("ignore", UndefinedCriterionWarning)
-            return simulate(
+            run = simulate(
                 self._controllers[law],
                 draw.line,
                 q0=draw.q0,
@@ -226,6 +226,7 @@ class Experiment:
                 integrator=self.scenario.simulation.integrator,
                 events=events,
             )
+        return completed(run)
 
     @cached_property
     def _controllers(self) -> dict[str, Controller]:

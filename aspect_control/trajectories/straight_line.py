@@ -35,7 +35,6 @@ class StraightLine(PathTrajectory):
             UnknownNameError: If there is no such profile.
         """
         self.displacement = finite_vector("displacement", displacement)
-        self.displacement.setflags(write=False)
         self._blocks = np.kron(np.eye(3), self.displacement)
         self.duration = positive("duration", duration, "s")
         self._profile = find_profile(profile)

@@ -5,16 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike
 
 from ..checks import finite_vector
 from ..exceptions import ShapeError
 from ..redundancy import Array
 from ..tasks import TaskValue, task_of_value
 
-_NAMES = ("target.x", "target.dx", "target.ddx")
 _set = object.__setattr__
 
 
@@ -40,26 +37,15 @@ class Target:
     def __post_init__(self) -> None:
         """Check the three and keep copies."""
         is_pose = isinstance(self.x, pin.SE3)
-        x = task_of_value(self.x).checked("target.x", self.x) if is_pose else _read_only("target.x", self.x)
-        vectors = [_read_only("target.dx", self.dx), _read_only("target.ddx", self.ddx)]
-        compared = dict(zip(_NAMES[is_pose:], vectors if is_pose else [x, *vectors], strict=True))
-        if len({each.shape for each in compared.values()}) > 1:
-            *first, last = compared
-            shapes = ", ".join(str(each.shape) for each in compared.values())
-            raise ShapeError(f"{', '.join(first)} and {last} must have one shape, got {shapes}")
+        x = task_of_value(self.x).checked("target.x", self.x) if is_pose else finite_vector("target.x", self.x)
+        dx, ddx = finite_vector("target.dx", self.dx), finite_vector("target.ddx", self.ddx)
+        if dx.shape != ddx.shape or not (is_pose or x.shape == dx.shape):
+            names, vectors = ("target.x, target.dx", (x, dx, ddx)) if not is_pose else ("target.dx", (dx, ddx))
+            shapes = ", ".join(str(each.shape) for each in vectors)
+            raise ShapeError(f"{names} and target.ddx must have one shape, got {shapes}")
         _set(self, "x", x)
-        _set(self, "dx", vectors[0])
-        _set(self, "ddx", vectors[1])
-
-    @property
-    def rows(self) -> Array:
-        """The three in one array, shape (3, m); zeros in place of a pose."""
-        return np.array((np.zeros(len(self.dx)) if self.is_pose else self.x, self.dx, self.ddx))
-
-    @property
-    def is_pose(self) -> bool:
-        """Whether `x` is a pose."""
-        return isinstance(self.x, pin.SE3)
+        _set(self, "dx", dx)
+        _set(self, "ddx", ddx)
 
 
 def target_of_rows(rows: Array, pose: Any = None) -> Target:
@@ -75,9 +61,3 @@ def target_of_rows(rows: Array, pose: Any = None) -> Target:
     _set(target, "dx", rows[1])
     _set(target, "ddx", rows[2])
     return target
-
-
-def _read_only(name: str, value: ArrayLike) -> Array:
-    vector = finite_vector(name, value)
-    vector.setflags(write=False)
-    return vector

@@ -7,24 +7,37 @@ import errno
 import json
 import threading
 import time
+from contextlib import suppress
+from ipaddress import ip_address
 from typing import Any, TypeVar
 
 from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 from tornado.web import Application, RequestHandler
-from tornado.websocket import WebSocketHandler
+from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from ...exceptions import OutputError, ParameterError
 
 LOOPBACK = "127.0.0.1"
+LOOPBACK_NAMES = ("localhost", LOOPBACK, "[::1]")
 PORT = 7000
 PORTS_TRIED = 100
+
+PATIENCE = 5.0
+"""How long a viewer may leave a message unread before it is dropped, s."""
+
+LARGEST_REQUEST = 1 << 16
+"""Largest request or message that a browser may send, bytes; none is expected."""
 
 Served = TypeVar("Served", bound="LiveServer")
 
 
 class LiveServer:
     """Serves a page and sends messages to every browser that shows it; one that comes late gets all of them.
+
+    Every viewer is fed at its own pace from the messages that all have in common: one that does not read holds up one
+    message, and is dropped after `PATIENCE`. Requests must name the server as their host, and come from its own page if
+    they say where from: a page of another site cannot reach it under a name of its own that leads here.
 
     A browser can send nothing back. The server runs in a thread of its own until `close`, or to the end of a `with`
     block.
@@ -51,20 +64,22 @@ class LiveServer:
         if not 0 <= port <= 65535:
             raise ParameterError(f"port must be 0 to 65535, got {port}")
         self.host = host
-        self._sockets = _listen(host, port)
-        self.port: int = self._sockets[0].getsockname()[1]
+        sockets = _listen(host, port)
+        self.port: int = sockets[0].getsockname()[1]
         self._messages: list[str] = []
-        self._viewers: set[WebSocketHandler] = set()
+        self._viewers: dict[_Stream, asyncio.Event] = {}
         self._connected = threading.Event()
-        self._loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._serve, args=(page,), name="live view", daemon=True)
+        self._end = asyncio.Event()
+        self._loop: asyncio.AbstractEventLoop
+        ready = threading.Event()
+        self._thread = threading.Thread(target=self._run, args=(page, sockets, ready), name="live view", daemon=True)
         self._thread.start()
+        ready.wait()
 
     @property
     def url(self) -> str:
         """Address of the page."""
-        host = f"[{self.host}]" if ":" in self.host else self.host
-        return f"http://{host}:{self.port}/"
+        return f"http://{_in_url(self.host)}:{self.port}/"
 
     def wait_for_viewer(self, timeout: float | None = None) -> bool:
         """Wait until a browser shows the page, at most `timeout` seconds; tell whether one does."""
@@ -77,18 +92,30 @@ class LiveServer:
         return self._connected.is_set()
 
     def send(self, message: dict[str, Any]) -> None:
-        """Send a message, plain data, to every browser."""
-        self._loop.call_soon_threadsafe(self._send, json.dumps(message, allow_nan=False, separators=(",", ":")))
+        """Send a message, plain data, to every browser; to none once the server is closed."""
+        self._soon(self._add, json.dumps(message, allow_nan=False, separators=(",", ":")))
 
     def restart(self) -> None:
         """Make every browser, and those that come late, forget the messages so far."""
-        self._loop.call_soon_threadsafe(self._forget)
+        self._soon(self._forget)
 
     def close(self) -> None:
         """Stop to serve and free the port."""
-        if self._thread.is_alive():
-            self._loop.call_soon_threadsafe(self._loop.stop)
-            self._thread.join()
+        self._soon(self._end.set)
+        self._thread.join()
+
+    def names_us(self, host: str) -> bool:
+        """Tell whether the `Host` of a request, or of its origin, is this server.
+
+        By a name of loopback, by the address that it listens on or, if it listens on all of them, by any address: names
+        can be made to lead here by whoever owns them, addresses cannot.
+        """
+        name, _, port = host.lower().rpartition(":")
+        if not port.isdecimal():
+            name, port = host.lower(), "80"
+        if port != str(self.port):
+            return False
+        return name in (*LOOPBACK_NAMES, _in_url(self.host).lower()) or (_is_every(self.host) and _is_address(name))
 
     def __enter__(self: Served) -> Served:
         """Return the server itself."""
@@ -98,39 +125,92 @@ class LiveServer:
         """Stop to serve."""
         self.close()
 
-    def _serve(self, page: str) -> None:
-        asyncio.set_event_loop(self._loop)
-        application = Application([("/", _Page, {"page": page}), ("/stream", _Stream, {"server": self})])
-        http = HTTPServer(application)
-        http.add_sockets(self._sockets)
-        try:
-            self._loop.run_forever()
-        finally:
-            http.stop()
-            self._loop.run_until_complete(http.close_all_connections())
-            self._loop.close()
+    def _soon(self, function: Any, *arguments: Any) -> None:
+        with suppress(RuntimeError):  # the loop is closed
+            self._loop.call_soon_threadsafe(function, *arguments)
 
-    def _send(self, text: str) -> None:
+    def _run(self, page: str, sockets: list[Any], ready: threading.Event) -> None:
+        asyncio.run(self._serve(page, sockets, ready))
+
+    async def _serve(self, page: str, sockets: list[Any], ready: threading.Event) -> None:
+        self._loop = asyncio.get_running_loop()
+        ready.set()
+        application = Application(
+            [("/", _Page, {"page": page, "server": self}), ("/stream", _Stream, {"server": self})],
+            default_handler_class=_Nothing,
+            default_handler_args={"server": self},
+            log_function=lambda _: None,
+            websocket_max_message_size=LARGEST_REQUEST,
+        )
+        http = HTTPServer(application, max_body_size=LARGEST_REQUEST)
+        http.add_sockets(sockets)
+        await self._end.wait()
+        http.stop()
+        viewers = list(self._viewers)
+        for viewer in viewers:
+            viewer.close(1001, "the server has ended")
+            viewer.drop()
+            self.leave(viewer)
+        await asyncio.gather(*(viewer.feeding for viewer in viewers))
+        await http.close_all_connections()
+
+    def _add(self, text: str) -> None:
         self._messages.append(text)
-        for viewer in self._viewers:
-            viewer.write_message(text)
+        for news in self._viewers.values():
+            news.set()
 
     def _forget(self) -> None:
-        self._messages.clear()
-        self._send('{"restart":true}')
+        # A new list: a viewer that is behind sees by it that it is to begin again.
+        self._messages = []
+        self._add('{"restart":true}')
 
-    def _join(self, viewer: WebSocketHandler) -> None:
-        for text in self._messages:
-            viewer.write_message(text)
-        self._viewers.add(viewer)
+    def join(self, viewer: _Stream) -> None:
+        """Begin to feed a viewer."""
+        self._viewers[viewer] = news = asyncio.Event()
+        viewer.feeding = asyncio.create_task(self._feed(viewer, news))
         self._connected.set()
 
-    def _leave(self, viewer: WebSocketHandler) -> None:
-        self._viewers.discard(viewer)
+    def leave(self, viewer: _Stream) -> None:
+        """Feed a viewer no more."""
+        news = self._viewers.pop(viewer, None)
+        if news is not None:
+            news.set()
+
+    async def _feed(self, viewer: _Stream, news: asyncio.Event) -> None:
+        """Send a viewer the messages so far and then those that come, until it is gone or does not read."""
+        messages, count = self._messages, 0
+        with suppress(WebSocketClosedError, asyncio.TimeoutError):
+            while viewer in self._viewers:
+                if messages is not self._messages:
+                    messages, count = self._messages, 0
+                if count == len(messages):
+                    news.clear()
+                    await news.wait()
+                    continue
+                await asyncio.wait_for(viewer.write_message(messages[count]), PATIENCE)
+                count += 1
+        self._viewers.pop(viewer, None)
+        viewer.drop()
 
 
-class _Page(RequestHandler):
-    def initialize(self, page: str) -> None:
+class _Handler(RequestHandler):
+    """Answers only requests that name the server and come from its page or from no page at all."""
+
+    def initialize(self, server: LiveServer) -> None:
+        self.server = server
+
+    def prepare(self) -> None:
+        headers = self.request.headers
+        origin = headers.get("Origin")
+        from_us = origin is None or (origin.startswith("http://") and self.server.names_us(origin[len("http://") :]))
+        if not (from_us and self.server.names_us(headers.get("Host", ""))):
+            self.set_status(403)
+            self.finish("This server only answers under its own address.\n")
+
+
+class _Page(_Handler):
+    def initialize(self, server: LiveServer, page: str = "") -> None:
+        super().initialize(server)
         self.page = page
 
     def get(self) -> None:
@@ -138,18 +218,53 @@ class _Page(RequestHandler):
         self.finish(self.page)
 
 
-class _Stream(WebSocketHandler):
-    def initialize(self, server: LiveServer) -> None:
-        self.server = server
+class _Nothing(_Handler):
+    def prepare(self) -> None:
+        super().prepare()
+        if not self._finished:
+            self.set_status(404)
+            self.finish("There is nothing here.\n")
+
+
+class _Stream(_Handler, WebSocketHandler):
+    feeding: asyncio.Task[None]
+
+    def prepare(self) -> None:
+        super().prepare()
+        self._tcp = self.request.connection.stream  # type: ignore[union-attr]
+
+    def check_origin(self, origin: str) -> bool:
+        """Take what `prepare` has let through."""
+        return True
 
     def open(self, *_: str, **__: str) -> None:
-        self.server._join(self)
+        self.server.join(self)
 
     def on_message(self, message: str | bytes) -> None:
         """Ignore what a browser says."""
 
     def on_close(self) -> None:
-        self.server._leave(self)
+        self.server.leave(self)
+
+    def drop(self) -> None:
+        """End the connection without waiting for the other side."""
+        self._tcp.close()
+
+
+def _in_url(host: str) -> str:
+    return f"[{host}]" if ":" in host else host
+
+
+def _is_address(name: str) -> bool:
+    try:
+        ip_address(name.strip("[]"))
+    except ValueError:
+        return False
+    return True
+
+
+def _is_every(host: str) -> bool:
+    return _is_address(host) and ip_address(host).is_unspecified
 
 
 def _listen(host: str, port: int) -> list[Any]:

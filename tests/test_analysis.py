@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from aspect_control import Arm, StraightLine, controllers, simulate
+from aspect_control import Arm, Circle, StraightLine, controllers, simulate
 from aspect_control.analysis import (
     aspect_preserved,
     continuous_limit,
@@ -18,6 +18,7 @@ from aspect_control.analysis import (
 )
 from aspect_control.analysis import trajectory_a as paper
 from aspect_control.analysis.section4 import AGREES, DIFFERS, NOT_MEASURED, PARTLY, claims, torque_peaks
+from aspect_control.resources import model_path
 
 
 @pytest.fixture(scope="module")
@@ -216,3 +217,21 @@ def test_runs_that_end_early_or_are_sampled_too_coarsely_are_not_judged(reproduc
     early = reproduction._replace(runs={**reproduction.runs, "null-space-vector": lost})
     assert [claim.verdict for claim in claims(early)] == [NOT_MEASURED]
     assert [claim.verdict for claim in claims(reproduction._replace(dt=0.5))] == [NOT_MEASURED]
+
+
+def test_the_order_of_the_task_s_coordinates_is_nothing_to_the_continuous_limit():
+    circle = Circle(0.2, 1.0, "xy")
+    ends = []
+    for task in ("xy", ("y", "x")):
+        arm = Arm.from_urdf(model_path("planar3r.urdf"), frame="tool", task=task, gravity=(0, 0, 0))
+        ends.append(continuous_limit(controllers.Pseudoinverse(arm), circle, paper.Q0).q_end)
+    np.testing.assert_allclose(ends[1], ends[0], rtol=0, atol=1e-8)
+
+
+def test_the_continuous_limit_of_a_task_with_a_rotation_is_what_ever_finer_runs_converge_to():
+    arm = Arm.from_urdf(model_path("planar3r.urdf"), frame="tool", task=("x", "rz"), gravity=(0, 0, 0))
+    law, line = controllers.Pseudoinverse(arm), StraightLine([0.3, -0.5], 1.0, "quintic")
+    limit = continuous_limit(law, line, paper.Q0)
+    errors = [np.linalg.norm(simulate(law, line, q0=paper.Q0, dt=dt).q[-1] - limit.q_end) for dt in (4e-3, 2e-3, 1e-3)]
+    assert errors[-1] < 1e-3
+    np.testing.assert_allclose(np.divide(errors[:-1], errors[1:]), 2.0, atol=0.1)

@@ -14,7 +14,7 @@ from ..checks import finite_vector
 from ..controllers import TaskSpaceController
 from ..redundancy import Array, homogeneous_acceleration, homogeneous_velocity, minimum_torque, pseudoinverse_torque
 from ..simulation import Plant
-from ..trajectories import Trajectory
+from ..trajectories import Target, Trajectory
 
 TOLERANCE = 1e-10
 """Relative and absolute tolerance of the solver."""
@@ -102,13 +102,13 @@ class _ClosedLoop:
 
     def derivative(self, t: float, y: Array) -> Array:
         q, v = self.configuration(y), y[self.arm.nv :]
-        tau = self.controller.torque(q, v, self.trajectory.target(self._inside(t), self.start))
+        tau = self.controller.torque(q, v, self.target(t))
         return np.concatenate([v, self.plant.acceleration(q, v, tau)])
 
     def outputs(self, t: float, y: Array) -> Array:
         """Return |τ| of each joint and θ̇_H·θ̈_H."""
         q, v = self.configuration(y), y[self.arm.nv :]
-        target = self.trajectory.target(self._inside(t), self.start)
+        target = self.target(t)
         state = self.arm.state(q, v)
         M, nle, J = state.M, state.nle, state.J
         b = self.controller.commanded_acceleration(state, target)
@@ -116,9 +116,10 @@ class _ClosedLoop:
         tau = self.controller.command(state, target)
         return np.append(np.abs(tau), homogeneous_velocity(J, v) @ theta_ddot_H)
 
-    def _inside(self, t: float) -> float:
-        """Keep t off the jump at the end of its piece, where the target already belongs to the next one."""
-        return min(t, self.piece_end - 4e-12 * self.trajectory.duration)
+    def target(self, t: float) -> Target:
+        """Return the target, with t off the jump at the end of its piece, where it already belongs to the next one."""
+        inside = min(t, self.piece_end - 4e-12 * self.trajectory.duration)
+        return self.trajectory.target(inside, self.start, self.arm.coordinates)
 
 
 def _peaks(loop: _ClosedLoop, solution: Any, begin: float, end: float) -> tuple[Array, Array]:

@@ -55,13 +55,13 @@ def reproduction_report(reproduction: Reproduction, claims: Sequence[Claim]) -> 
             f"with {reproduction.limit.evaluations:,} evaluations of the law; the paper gives 6.5·10⁵ for the peak of "
             "θ̇_H·θ̈_H.",
             "",
-            *convergencemarkdown_table(reproduction.refined, reproduction.limit),
+            *_convergence_table(reproduction.refined, reproduction.limit),
             "",
         ]
     )
 
 
-def convergencemarkdown_table(refined: Iterable[Run], limit: ContinuousLimit) -> list[str]:
+def _convergence_table(refined: Iterable[Run], limit: ContinuousLimit) -> list[str]:
     """Return a Markdown table of the peaks of ever finer sampled runs beside their limit."""
     rows = []
     for run in refined:

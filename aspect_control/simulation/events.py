@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..arm import Arm
 from ..checks import positive
-from ..exceptions import ParameterError, ShapeError
+from ..exceptions import ParameterError, ShapeError, shown
 from ..redundancy import Array, manipulability
 from ..tasks import TaskValue
 from ..trajectories import Target
@@ -217,8 +217,8 @@ def torque_limit(name: str, limit: ArrayLike, size: int | None = None) -> Array:
     """
     try:
         values = np.atleast_1d(np.array(limit, dtype=np.float64))
-    except (TypeError, ValueError):
-        raise ShapeError(f"{name} must be a number or a vector of numbers, got {limit!r}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise ShapeError(f"{name} must be a number or a vector of numbers, got {shown(limit)}") from None
     if values.ndim != 1 or len(values) == 0 or (size is not None and len(values) not in (1, size)):
         expected = "a number or a vector" if size is None else f"a number or a vector of {size} numbers"
         raise ShapeError(f"{name} must be {expected}, got shape {values.shape}")

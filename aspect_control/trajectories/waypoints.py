@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import finite_vector, positive
-from ..exceptions import NonFiniteError, ParameterError, ShapeError
+from ..exceptions import NonFiniteError, ParameterError, ShapeError, shown
 from ..redundancy import Array
 from ..tasks import AXES, POSITION_AXES, Task
 from .path import PathTrajectory
@@ -91,8 +91,8 @@ class Waypoints(PathTrajectory):
 def _matrix(name: str, value: ArrayLike) -> Array:
     try:
         matrix = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ShapeError(f"{name} must be a matrix of numbers, got {value!r}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise ShapeError(f"{name} must be a matrix of numbers, got {shown(value)}") from None
     if matrix.ndim != 2 or 0 in matrix.shape:
         raise ShapeError(f"{name} must have shape (k, m), one row a point, k and m at least 1, got {matrix.shape}")
     if not np.isfinite(matrix).all():

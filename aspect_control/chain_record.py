@@ -19,8 +19,11 @@ _UNALIGNED = ("RevoluteUnaligned", "RevoluteUnboundedUnaligned", "PrismaticUnali
 JOINT_KINDS = tuple(f"JointModel{kind}" for kind in _ALIGNED + _UNALIGNED)
 """The kinds of joints that can be written down, by Pinocchio's names."""
 
-_CONTINUOUS_JOINT = """<robot name="one joint"><link name="base"/><link name="body"/><joint name="joint" type="continuous">
-<parent link="base"/><child link="body"/><axis xyz="{axis}"/></joint></robot>"""
+_CONTINUOUS_JOINT = """<robot name="one joint">
+  <link name="base"/>
+  <link name="body"/>
+  <joint name="joint" type="continuous"><parent link="base"/><child link="body"/><axis xyz="{axis}"/></joint>
+</robot>"""
 
 
 @dataclass(frozen=True)

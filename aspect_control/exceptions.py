@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
-
 _LONGEST_SHOWN = 200
 
 
@@ -128,9 +127,8 @@ class UnknownNameError(AspectControlError, LookupError):
         nearest = difflib.get_close_matches(given, self.available, n=3, cutoff=0.5)
         hint = f"did you mean {_quoted(nearest)}? " if nearest else ""
         existing = _quoted(self.available) if self.available else "none"
-        super().__init__(
-            f"unknown {kind or self.kind} {shown(name)}{where}: {hint}available: {existing}{f'; {also}' if also else ''}"
-        )
+        more = f"; {also}" if also else ""
+        super().__init__(f"unknown {kind or self.kind} {shown(name)}{where}: {hint}available: {existing}{more}")
 
 
 class FrameNotFoundError(UnknownNameError):

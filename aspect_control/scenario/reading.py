@@ -89,9 +89,10 @@ def _parse(text: str) -> dict[str, Any]:
         ValueError: If it is none, or has a number of too many digits or too many levels.
     """
     try:
-        return tomllib.loads(text)
+        content: dict[str, Any] = tomllib.loads(text)
     except RecursionError:
         raise ValueError("it is nested too deep") from None
+    return content
 
 
 def _depth(value: Any) -> int:
@@ -107,9 +108,8 @@ def _depth(value: Any) -> int:
 
 
 def _find(path: str | Path) -> Path:
-    # Its name goes into what is written about it.
-    file = Path(unicode_text("the path of a scenario", str(file_path("the scenario", path, ScenarioError)), ScenarioError))
-    shipped = scenario_paths()
+    file, shipped = file_path("the scenario", path, ScenarioError), scenario_paths()
+    unicode_text("the path of a scenario", str(file), ScenarioError)  # its name goes into the summary of its runs
     try:
         if file.is_file():
             return file

@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Collection
 from math import isfinite
-from numbers import Real
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
 
@@ -184,6 +184,25 @@ def gain_matrix(name: str, value: ArrayLike, size: int) -> Array:
     matrix = np.array(matrix, order="C")
     matrix.setflags(write=False)
     return matrix
+
+
+def whole_number(name: str, value: Any, least: int, most: int | None = None) -> int:
+    """Return `value` as an integer of a range.
+
+    Args:
+        name: What the value is called in the error.
+        value: A whole number; 2.0 is none.
+        least: The smallest one allowed.
+        most: The largest one allowed; None for any.
+
+    Raises:
+        ParameterError: If it is none of them.
+    """
+    if isinstance(value, bool) or not isinstance(value, Integral) or int(value) < least:
+        raise ParameterError(f"{name} must be a whole number of at least {least}, got {shown(value)}")
+    if most is not None and int(value) > most:
+        raise ParameterError(f"{name} must be a whole number of at most {most:,}, got {shown(value)}")
+    return int(value)
 
 
 def unicode_text(name: str, value: Any, error: type[AspectControlError] = ParameterError) -> str:

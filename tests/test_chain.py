@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from aspect_control import Arm
+from aspect_control import Arm, Run, StraightLine, controllers, simulate
 from aspect_control.chain import position_limits
 from aspect_control.examples import find_example
 from aspect_control.exceptions import AspectControlError, JointNotFoundError, ModelError, ParameterError, ShapeError
@@ -695,7 +695,11 @@ def slanted_urdf(seed, joints=8):
     axes[1] = [0.0, 0.0, -1.0]
     parts = [
         SLANTED.format(
-            name=f"joint{i}", parent=f"link{i - 1}" if i else "base", child=f"link{i}", turn=i, axis=" ".join(map(repr, axis))
+            name=f"joint{i}",
+            parent=f"link{i - 1}" if i else "base",
+            child=f"link{i}",
+            turn=i,
+            axis=" ".join(map(repr, axis)),
         )
         for i, axis in enumerate(axes.tolist())
     ]

@@ -54,8 +54,9 @@ def test_a_flat_body_has_a_moment_that_is_just_the_sum_of_the_others():
 
 
 def test_a_body_on_the_base_may_have_any_inertia_for_it_never_moves():
-    text = URDF.replace('<link name="base"/>', f'<link name="base"><inertial>{"<mass value='1'/>"}{"{}"}</inertial></link>')
-    spatial(text.format('<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.05"/>'))
+    inertia = '<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.05"/>'
+    base = f'<link name="base"><inertial><mass value="1"/>{inertia}</inertial></link>'
+    spatial(URDF.replace('<link name="base"/>', base))
 
 
 def of_model(mass, moments):

@@ -146,7 +146,9 @@ def test_what_is_no_name_is_unknown(call, error, name):
 
 
 def test_the_error_of_a_name_lists_those_that_exist():
-    with pytest.raises(UnknownNameError, match=r"^unknown plane \['xy'\]: did you mean 'xy'\? available: 'xy', 'yz'$") as raised:
+    with pytest.raises(
+        UnknownNameError, match=r"^unknown plane \['xy'\]: did you mean 'xy'\? available: 'xy', 'yz'$"
+    ) as raised:
         known_name(["xy"], ("xy", "yz"), "plane")
     assert raised.value.name == ["xy"]
     assert raised.value.available == ("xy", "yz")

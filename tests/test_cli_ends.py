@@ -135,10 +135,11 @@ class Interruption:
                 signal.raise_signal(signal.SIGINT)
             elif way == "in a finaliser":
                 Dying()
-            try:
-                signal.raise_signal(signal.SIGINT)
-            except KeyboardInterrupt as interruption:
-                raise RuntimeError("as pydantic does") from interruption
+            else:
+                try:
+                    signal.raise_signal(signal.SIGINT)
+                except KeyboardInterrupt as interruption:
+                    raise RuntimeError("as pydantic does") from interruption
 
 
 sys.meta_path.insert(0, Interruption())

@@ -842,7 +842,7 @@ def test_an_existing_run_is_replaced(short, tmp_path):
 
 
 def with_zeros(saved, name, shape, blocks):
-    """The saved file with an array that says it has a shape, and whose data are zeros in blocks of 1 MiB, compressed."""
+    """The saved file with an array that says it has a shape, and whose data are zeros in blocks of 1 MiB."""
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
         with zipfile.ZipFile(io.BytesIO(saved)) as source:

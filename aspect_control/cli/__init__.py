@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
@@ -46,9 +47,11 @@ def _noted_interruptions() -> Iterator[list[int]]:
         signal.default_int_handler(number, frame)
 
     def repeat(unraisable: Any) -> None:
-        # It came while Python called what cannot raise, as it does in every import.
+        # It came while Python called what cannot raise, as it does in every import, and must come once more.
         if issubclass(unraisable.exc_type, KeyboardInterrupt):
-            signal.raise_signal(signal.SIGINT)
+            again = threading.Timer(0.02, signal.raise_signal, [signal.SIGINT])
+            again.daemon = True
+            again.start()
         else:
             usual_hook(unraisable)
 

@@ -77,8 +77,8 @@ def real_array(name: str, value: Any, expected: str) -> Array:
         elif array.dtype.kind in "iuf":
             return np.array(array, dtype=np.float64, order="C")
     except Exception as error:
-        raise ShapeError(f"{name} must be {expected}, got {_shown(value)}: {error}") from None
-    raise ShapeError(f"{name} must be {expected}, got {_shown(value)} ({kind})")
+        raise ShapeError(f"{name} must be {expected}, got {shown(value)}: {error}") from None
+    raise ShapeError(f"{name} must be {expected}, got {shown(value)} ({kind})")
 
 
 def require_finite(name: str, array: Array) -> None:
@@ -91,14 +91,6 @@ def require_finite(name: str, array: Array) -> None:
         raise NonFiniteError(f"{name} must be finite, got {array.tolist()}")
     if np.abs(array).max(initial=0.0) > LARGEST:
         raise NonFiniteError(f"{name} must be at most {LARGEST:g} in magnitude, got {array.tolist()}")
-
-
-def _shown(value: Any) -> str:
-    try:
-        text = repr(value)
-    except Exception:
-        return f"an unprintable {type(value).__name__}"
-    return text if len(text) <= 200 else f"{text[:200]}…"
 
 
 def finite_number(name: str, value: Any) -> float:

@@ -670,7 +670,7 @@ def test_a_hand_made_model_without_joint_frames_can_have_joints_locked():
     model = pin.Model()
     for i in range(3):
         joint = model.addJoint(i, pin.JointModelRY(), pin.SE3(np.eye(3), np.array([0.2, 0.0, 0.1])), f"j{i}")
-        model.appendBodyToJoint(joint, pin.Inertia.Random(), pin.SE3.Identity())
+        model.appendBodyToJoint(joint, pin.Inertia.FromBox(1.0, 0.1, 0.2, 0.3), pin.SE3.Identity())
     model.addFrame(pin.Frame("tip", 3, 0, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
     locked = Arm.from_pinocchio(model, frame="tip", task=("x", "z"), locked={"j1": 0.1})
     whole = Arm.from_pinocchio(model, frame="tip", task=("x", "z"))

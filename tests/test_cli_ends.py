@@ -57,6 +57,13 @@ def test_a_run_whose_time_runs_backwards_is_refused(recorded, tmp_path):
     assert_one_line_and_status_2(done, "turned.npz is damaged: t must increase from sample to sample")
 
 
+@pytest.mark.parametrize("gain", ["1e300", "1" + "0" * 400, "nan"])
+def test_a_gain_that_no_arm_needs_is_refused_and_nothing_is_written(tmp_path, gain):
+    done = run("run", "planar3r", "--set", f"controller.kp={gain}", cwd=tmp_path)
+    assert_one_line_and_status_2(done, "kp must be ")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_scenario_that_is_nested_20000_deep_is_refused(tmp_path):
     (tmp_path / "deep.toml").write_text(f"a = {'[' * 20_000}{']' * 20_000}")
     assert_one_line_and_status_2(run("run", "deep.toml", cwd=tmp_path), "deep.toml is not valid TOML")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import finite_vector, positive
-from ..exceptions import NonFiniteError, ParameterError, ShapeError, shown
+from ..checks import finite_vector, positive, real_array, require_finite
+from ..exceptions import ParameterError, ShapeError
 from ..redundancy import Array
 from ..tasks import AXES, POSITION_AXES, Task
 from .path import PathTrajectory
@@ -89,12 +89,8 @@ class Waypoints(PathTrajectory):
 
 
 def _matrix(name: str, value: ArrayLike) -> Array:
-    try:
-        matrix = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise ShapeError(f"{name} must be a matrix of numbers, got {shown(value)}") from None
+    matrix = real_array(name, value, "a matrix of numbers")
     if matrix.ndim != 2 or 0 in matrix.shape:
         raise ShapeError(f"{name} must have shape (k, m), one row a point, k and m at least 1, got {matrix.shape}")
-    if not np.isfinite(matrix).all():
-        raise NonFiniteError(f"{name} must be finite, got {matrix.tolist()}")
+    require_finite(name, matrix)
     return matrix

@@ -9,14 +9,12 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from . import aspects, controllers, criteria, redundancy, simulation
-from .arm import Arm, ArmState
-from .exceptions import AspectControlError
-from .simulation import Run, simulate
-from .trajectories import Circle, Hold, StraightLine, Target, Trajectory, Waypoints
-
 if TYPE_CHECKING:
-    from . import views
+    from . import aspects, controllers, criteria, redundancy, simulation, views
+    from .arm import Arm, ArmState
+    from .exceptions import AspectControlError
+    from .simulation import Run, simulate
+    from .trajectories import Circle, Hold, StraightLine, Target, Trajectory, Waypoints
 
 __version__ = "0.1.0"
 
@@ -41,8 +39,28 @@ __all__ = [
 ]
 
 
+_HOMES = {
+    **dict.fromkeys(("Arm", "ArmState"), "arm"),
+    "AspectControlError": "exceptions",
+    **dict.fromkeys(("Run", "simulate"), "simulation"),
+    **dict.fromkeys(("Circle", "Hold", "StraightLine", "Target", "Trajectory", "Waypoints"), "trajectories"),
+}
+"""The module of each name that is not a module itself."""
+
+
 def __getattr__(name: str) -> Any:
-    # Loaded when it is asked for, because it brings matplotlib.
-    if name == "views":
-        return import_module(".views", __name__)
+    # Loaded when it is asked for: the views bring matplotlib, and the command line answers Ctrl-C from the beginning.
+    if name in _HOMES:
+        return getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    module = f"{__name__}.{name}"
+    if not name.startswith("_"):
+        try:
+            return import_module(module)
+        except ModuleNotFoundError as error:
+            if error.name != module:
+                raise
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -18,6 +18,7 @@ from .chain import joints_to_lock, reduce_model
 from .chain_record import record_chain
 from .description import ArmDescription
 from .exceptions import ModelError, TooManyMinorsError
+from .inertia import require_possible_bodies
 from .redundancy import MAX_MINORS, Array, minors, structural_minor_columns
 from .task_chain import TaskChain
 from .tasks import Task
@@ -62,10 +63,11 @@ class Arm(TaskChain):
             FrameNotFoundError: If the model has no such frame.
             JointNotFoundError: If a locked joint does not exist.
             ParameterError: If a locked joint's position is not possible.
-            ModelError: If no joint moves the frame, or a joint moves no mass.
+            ModelError: If no joint moves the frame, a joint moves no mass, or a mass or an inertia is impossible.
         """
         locked, q = joints_to_lock(model, description.frame, description.locked, passive)
         reduced = reduce_model(model, locked, q)
+        require_possible_bodies(reduced, range(1, reduced.njoints))
         reduced.gravity.linear = np.array(description.gravity)
         super().__init__(reduced, description.frame, Task(description.task))
         self.description = description

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from .checks import finite_number
+from .checks import finite_number, known_name
 from .exceptions import FrameNotFoundError, JointNotFoundError, ModelError, ParameterError
 from .redundancy import Array
 
@@ -26,9 +26,9 @@ def require_frame(model: Any, name: str) -> int:
         FrameNotFoundError: If the model has no such frame; the message lists those that exist.
         ModelError: If no joint moves it.
     """
-    found = [index for index, frame in enumerate(model.frames) if frame.name == name]
-    if not found:
-        raise FrameNotFoundError(name, [each.name for each in model.frames], context=repr(model.name))
+    names = [frame.name for frame in model.frames]
+    known_name(name, names, error=FrameNotFoundError, context=repr(model.name))
+    found = [index for index, each in enumerate(names) if each == name]
     frame_id = next((index for index in found if model.frames[index].type == pin.FrameType.BODY), found[0])
     if model.frames[frame_id].parentJoint == 0:
         moved = [each.name for each in model.frames if each.parentJoint != 0]
@@ -206,8 +206,7 @@ def is_prismatic(model: Any, joint: int) -> bool:
 
 
 def _set_joint(model: Any, q: Array, name: str, position: float) -> None:
-    if name not in list(model.names)[1:]:
-        raise JointNotFoundError(name, list(model.names)[1:], context=repr(model.name))
+    known_name(name, list(model.names)[1:], error=JointNotFoundError, context=repr(model.name))
     index = model.getJointId(name)
     joint = model.joints[index]
     if joint.nv != 1:

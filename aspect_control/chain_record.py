@@ -10,11 +10,20 @@ import pinocchio as pin
 
 from .checks import finite_vector
 from .exceptions import ModelError
+from .inertia import require_possible
+from .redundancy import Array
 
 _ALIGNED = ("RX", "RY", "RZ", "RUBX", "RUBY", "RUBZ", "PX", "PY", "PZ")
+_UNBOUNDED_UNALIGNED = "JointModelRevoluteUnboundedUnaligned"
 _UNALIGNED = ("RevoluteUnaligned", "RevoluteUnboundedUnaligned", "PrismaticUnaligned")
 JOINT_KINDS = tuple(f"JointModel{kind}" for kind in _ALIGNED + _UNALIGNED)
 """The kinds of joints that can be written down, by Pinocchio's names."""
+
+_CONTINUOUS_JOINT = """<robot name="one joint">
+  <link name="base"/>
+  <link name="body"/>
+  <joint name="joint" type="continuous"><parent link="base"/><child link="body"/><axis xyz="{axis}"/></joint>
+</robot>"""
 
 
 @dataclass(frozen=True)
@@ -105,7 +114,7 @@ def _record_joint(model: Any, joint: int) -> JointRecord:
     return JointRecord(
         name=model.names[joint],
         kind=kind,
-        axis=_floats(model.joints[joint].extract().axis) if kind.endswith("Unaligned") else [],
+        axis=_axis(model.joints[joint]) if kind.endswith("Unaligned") else [],
         placement=_numbers_of_placement(model.jointPlacements[joint]),
         inertia=[float(inertia.mass), *_floats(inertia.lever), *_floats(inertia.inertia)],
         armature=float(model.armature[v]),
@@ -120,8 +129,9 @@ def _add_joint(model: Any, parent: int, record: JointRecord) -> None:
     axis = finite_vector(f"the axis of {record.name!r}", record.axis, 3 if unaligned else 0)
     if unaligned and not np.isclose(np.linalg.norm(axis), 1.0, atol=1e-6):
         raise ModelError(f"the axis of joint {record.name!r} must have length 1, got {record.axis}")
-    joint_model = getattr(pin, record.kind)(axis) if unaligned else getattr(pin, record.kind)()
+    joint_model = _joint_model(record.kind, axis)
     mass, *rest = finite_vector(f"the inertia of {record.name!r}", record.inertia, 13)
+    require_possible(f"what joint {record.name!r} moves", mass, np.reshape(rest[3:], (3, 3)))
     lower, upper, speed, torque = record.limits if len(record.limits) == 4 else (np.nan,) * 4
     if np.isnan([lower, upper, speed, torque]).any():
         raise ModelError(f"joint {record.name!r} needs four limits that are numbers, got {record.limits}")
@@ -140,6 +150,22 @@ def _add_joint(model: Any, parent: int, record: JointRecord) -> None:
     armature = model.armature.copy()
     armature[model.joints[joint].idx_v] = finite_vector("armature", [record.armature], 1)[0]
     model.armature = armature
+
+
+def _axis(joint: Any) -> list[float]:
+    """Return the axis of a joint that is not aligned with x, y or z, whose columns of S are its own."""
+    data = joint.createData()
+    joint.calc(data, np.eye(joint.nq)[0])
+    column = np.ravel(data.S)
+    return _floats(column[:3] if "Prismatic" in joint.shortname() else column[3:])
+
+
+def _joint_model(kind: str, axis: Array) -> Any:
+    if kind != _UNBOUNDED_UNALIGNED:
+        return getattr(pin, kind)(axis) if len(axis) else getattr(pin, kind)()
+    # Python can give this kind an axis only by way of a URDF.
+    numbers = " ".join(map(repr, axis.tolist()))
+    return pin.buildModelFromXML(_CONTINUOUS_JOINT.format(axis=numbers)).joints[1]
 
 
 def _placement(name: str, numbers: list[float]) -> Any:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+import os
+from collections.abc import Collection
 from math import isfinite
-from numbers import Real
+from numbers import Integral, Real
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .exceptions import NonFiniteError, ParameterError, ShapeError
+from .exceptions import AspectControlError, NonFiniteError, ParameterError, ShapeError, UnknownNameError, shown
 from .redundancy import Array
 
 LARGEST = 1e50
@@ -74,8 +77,8 @@ def real_array(name: str, value: Any, expected: str) -> Array:
         elif array.dtype.kind in "iuf":
             return np.array(array, dtype=np.float64, order="C")
     except Exception as error:
-        raise ShapeError(f"{name} must be {expected}, got {_shown(value)}: {error}") from None
-    raise ShapeError(f"{name} must be {expected}, got {_shown(value)} ({kind})")
+        raise ShapeError(f"{name} must be {expected}, got {shown(value)}: {error}") from None
+    raise ShapeError(f"{name} must be {expected}, got {shown(value)} ({kind})")
 
 
 def require_finite(name: str, array: Array) -> None:
@@ -90,14 +93,6 @@ def require_finite(name: str, array: Array) -> None:
         raise NonFiniteError(f"{name} must be at most {LARGEST:g} in magnitude, got {array.tolist()}")
 
 
-def _shown(value: Any) -> str:
-    try:
-        text = repr(value)
-    except Exception:
-        return f"an unprintable {type(value).__name__}"
-    return text if len(text) <= 200 else f"{text[:200]}…"
-
-
 def finite_number(name: str, value: Any) -> float:
     """Return `value` as a finite float of either sign.
 
@@ -110,9 +105,11 @@ def finite_number(name: str, value: Any) -> float:
     """
     if type(value) is float and isfinite(value):
         return value
-    if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
-        raise ParameterError(f"{name} must be a finite number, got {value!r}")
-    return float(value)
+    expected = "a finite number"
+    number = _number(name, value, expected)
+    if not math.isfinite(number):
+        raise ParameterError(f"{name} must be {expected}, got {shown(value)}")
+    return number
 
 
 def positive(name: str, value: Any, unit: str = "") -> float:
@@ -126,9 +123,10 @@ def positive(name: str, value: Any, unit: str = "") -> float:
     Raises:
         ParameterError: If it is not a finite number above zero.
     """
-    number = _number(name, value)
+    expected = f"a finite number above 0{_in(unit)}"
+    number = _number(name, value, expected)
     if not (math.isfinite(number) and number > 0.0):
-        raise ParameterError(f"{name} must be a finite number above 0{_in(unit)}, got {value!r}")
+        raise ParameterError(f"{name} must be {expected}, got {shown(value)}")
     return number
 
 
@@ -143,9 +141,10 @@ def non_negative(name: str, value: Any, unit: str = "") -> float:
     Raises:
         ParameterError: If it is not a finite number of at least zero.
     """
-    number = _number(name, value)
+    expected = f"a finite number of at least 0{_in(unit)}"
+    number = _number(name, value, expected)
     if not (math.isfinite(number) and number >= 0.0):
-        raise ParameterError(f"{name} must be a finite number of at least 0{_in(unit)}, got {value!r}")
+        raise ParameterError(f"{name} must be {expected}, got {shown(value)}")
     return number
 
 
@@ -179,10 +178,96 @@ def gain_matrix(name: str, value: ArrayLike, size: int) -> Array:
     return matrix
 
 
-def _number(name: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise ParameterError(f"{name} must be a number, got {value!r}")
-    return float(value)
+def whole_number(name: str, value: Any, least: int, most: int | None = None) -> int:
+    """Return `value` as an integer of a range.
+
+    Args:
+        name: What the value is called in the error.
+        value: A whole number; 2.0 is none.
+        least: The smallest one allowed.
+        most: The largest one allowed; None for any.
+
+    Raises:
+        ParameterError: If it is none of them.
+    """
+    if isinstance(value, bool) or not isinstance(value, Integral) or int(value) < least:
+        raise ParameterError(f"{name} must be a whole number of at least {least}, got {shown(value)}")
+    if most is not None and int(value) > most:
+        raise ParameterError(f"{name} must be a whole number of at most {most:,}, got {shown(value)}")
+    return int(value)
+
+
+def unicode_text(name: str, value: Any, error: type[AspectControlError] = ParameterError) -> str:
+    """Return `value` if it is text that any file can hold.
+
+    Args:
+        name: What the value is called in the error.
+        value: A string.
+        error: The class of the error.
+
+    Raises:
+        AspectControlError: Of the class `error`, if it is no string or holds NUL or half a surrogate pair.
+    """
+    if not isinstance(value, str):
+        raise error(f"{name} must be text, got {shown(value)}")
+    odd = next((character for character in value if character == "\0" or "\ud800" <= character <= "\udfff"), None)
+    if odd is not None:
+        raise error(f"{name} must be text without the character {odd!r}, got {shown(value)}")
+    return value
+
+
+def file_path(name: str, value: Any, error: type[AspectControlError] = ParameterError) -> Path:
+    """Return `value` as a path that a file may have, existing or not.
+
+    Args:
+        name: What the value is called in the error.
+        value: A string or a path.
+        error: The class of the error.
+
+    Raises:
+        AspectControlError: Of the class `error`, if it is no path, or no file can have it.
+    """
+    try:
+        given = os.fspath(value)
+        if not isinstance(given, str) or b"\0" in os.fsencode(given):
+            raise ValueError
+    except (TypeError, ValueError):
+        raise error(f"{name} must be a path that a file can have, got {shown(value)}") from None
+    return Path(given)
+
+
+def known_name(
+    name: Any,
+    available: Collection[str],
+    kind: str = "",
+    *,
+    error: type[UnknownNameError] = UnknownNameError,
+    context: str = "",
+) -> str:
+    """Return `name` if it is one of the names that exist.
+
+    Args:
+        name: Anything.
+        available: The names that exist.
+        kind: What a name stands for, for the error; empty for what the error says by itself.
+        error: The class of the error.
+        context: Where it is looked for, for the error.
+
+    Raises:
+        UnknownNameError: Of the class `error`, if it is none of them; the message lists them.
+    """
+    if not isinstance(name, str) or name not in available:
+        raise error(name, available, kind=kind, context=context)
+    return name
+
+
+def _number(name: str, value: Any, expected: str) -> float:
+    try:
+        if isinstance(value, Real) and not isinstance(value, bool):
+            return float(value)
+    except OverflowError:
+        pass  # an integer or a fraction beyond the largest float
+    raise ParameterError(f"{name} must be {expected}, got {shown(value)}")
 
 
 def _in(unit: str) -> str:

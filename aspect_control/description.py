@@ -10,8 +10,8 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from .chain_record import ChainRecord, build_chain
-from .checks import finite_number, finite_vector
-from .exceptions import ModelError, ParameterError
+from .checks import file_path, finite_number, finite_vector, unicode_text
+from .exceptions import ModelError, ParameterError, shown
 from .tasks import Task
 from .urdf import parse_urdf
 
@@ -54,21 +54,24 @@ class ArmDescription:
 
         Raises:
             TaskError: If `task` is unknown.
-            ParameterError: If `locked` is no mapping of names to finite numbers.
+            ParameterError: If `locked` is no mapping of names to finite numbers, or `package_dirs` no list of folders.
             ShapeError: If `gravity` has not three entries.
             NonFiniteError: If `gravity` is not finite.
         """
         locked = {} if locked is None else locked
         if not isinstance(locked, Mapping):
-            raise ParameterError(f"locked must be a mapping of joint names to positions, got {locked!r}")
+            raise ParameterError(f"locked must be a mapping of joint names to positions, got {shown(locked)}")
+        folders = () if package_dirs is None else package_dirs
+        if not isinstance(folders, Sequence) or isinstance(folders, (str, bytes)):
+            raise ParameterError(f"package_dirs must be a list of folders, got {shown(folders)}")
         vector = model.gravity.linear if gravity is None else finite_vector("gravity", gravity, 3)
         return cls(
             frame=frame,
             task=Task.parse(task).axes,
             gravity=(float(vector[0]), float(vector[1]), float(vector[2])),
-            locked={name: finite_number(f"locked[{name!r}]", position) for name, position in locked.items()},
+            locked={name: finite_number(f"locked[{shown(name)}]", position) for name, position in locked.items()},
             urdf=urdf,
-            package_dirs=tuple(os.fspath(folder) for folder in package_dirs or ()),
+            package_dirs=tuple(unicode_text("a folder", str(file_path("a folder", each))) for each in folders),
         )
 
     def model(self) -> Any:

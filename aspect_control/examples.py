@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 import pinocchio as pin
 
-from .exceptions import ModelError, UnknownNameError
+from .checks import known_name
+from .exceptions import ModelError
 from .resources import model_path
 from .urdf import parse_urdf, read_urdf
 
@@ -41,14 +42,11 @@ def find_example(name: str) -> ExampleRobot:
         UnknownNameError: If there is no such robot; the message lists those that exist.
         ModelError: If its description is not installed.
     """
-    if name in OWN_ROBOTS:
+    if isinstance(name, str) and name in OWN_ROBOTS:
         return ExampleRobot(name, model_path(OWN_ROBOTS[name]), ())
-    loaders = _loaders()
-    if name not in loaders:
-        raise UnknownNameError(name, example_names(), kind="example robot")
+    loader = _loaders()[known_name(name, example_names(), "example robot")]
     from example_robot_data.robots_loader import getModelPath
 
-    loader = loaders[name]
     folder, file = (
         (loader.urdf_subpath, loader.urdf_filename)
         if loader.urdf_filename

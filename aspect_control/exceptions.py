@@ -5,6 +5,18 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+_LONGEST_SHOWN = 200
+
+
+def shown(value: object) -> str:
+    """Return a value as an error shows it: what `repr` says, cut short where it is long, whatever the value is."""
+    try:
+        text = repr(value)
+    except Exception:
+        # Such as an integer of more digits than Python prints, or lists nested deeper than it follows.
+        return f"a value of type {type(value).__name__}"
+    return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}..."
+
 
 class AspectControlError(Exception):
     """Base class of every error that this package raises on purpose."""
@@ -111,12 +123,12 @@ class UnknownNameError(AspectControlError, LookupError):
         self.name = name
         self.available = tuple(available)
         where = f" in {context}" if context else ""
-        nearest = difflib.get_close_matches(str(name), self.available, n=3, cutoff=0.5)
+        given = name if isinstance(name, str) else shown(name)
+        nearest = difflib.get_close_matches(given, self.available, n=3, cutoff=0.5)
         hint = f"did you mean {_quoted(nearest)}? " if nearest else ""
         existing = _quoted(self.available) if self.available else "none"
-        super().__init__(
-            f"unknown {kind or self.kind} {name!r}{where}: {hint}available: {existing}{f'; {also}' if also else ''}"
-        )
+        more = f"; {also}" if also else ""
+        super().__init__(f"unknown {kind or self.kind} {shown(name)}{where}: {hint}available: {existing}{more}")
 
 
 class FrameNotFoundError(UnknownNameError):

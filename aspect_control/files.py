@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+import secrets
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from .checks import file_path, unicode_text
 from .exceptions import OutputError
 
 
@@ -16,29 +19,37 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a temporary path beside `path`, which replaces `path` when the block ends well.
 
     Args:
-        path: The file to write. An existing one is replaced in one step; a symbolic link is followed.
+        path: The file to write. An existing one is replaced in one step and its permissions stay; a symbolic link is
+            followed.
 
     Yields:
         A path of the same suffix in the same folder, for the block to write to.
 
     Raises:
-        OutputError: If the folder does not exist or cannot be written to.
+        OutputError: If `path` cannot be one, is something other than a file (a folder, a device, a pipe, a socket), is
+            read-only, or its folder does not exist or cannot be written to.
     """
-    target = Path(path).resolve()
+    given = file_path("the file to write", path, OutputError)
+    temporary = None
     try:
-        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}-", suffix=target.suffix)
-    except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror}") from error
-    os.close(handle)
-    temporary = Path(name)
-    try:
+        target = given.resolve()
+        mode = _mode_of_existing(target)
+        # Named before it is made, so that an interruption at any time finds it.
+        temporary = target.with_name(f".{secrets.token_hex(8)}{target.suffix}")
+        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666 if mode is None else 0o600))
         yield temporary
-        temporary.chmod(0o666 & ~_umask())
+        if mode is not None:
+            temporary.chmod(mode)
         temporary.replace(target)
     except OSError as error:
         raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
+    except RuntimeError as error:
+        if temporary is not None:
+            raise
+        raise OutputError(f"cannot write {path}: {error}") from None  # symbolic links in a circle, before Python 3.13
     finally:
-        temporary.unlink(missing_ok=True)
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
@@ -47,8 +58,9 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
     Raises:
         OutputError: If it cannot be written.
     """
+    content = unicode_text(f"what is written to {path}", text, OutputError)
     with atomic_path(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_text(content, encoding="utf-8")
 
 
 def output_folder(path: str | os.PathLike[str]) -> Path:
@@ -57,7 +69,7 @@ def output_folder(path: str | os.PathLike[str]) -> Path:
     Raises:
         OutputError: If it cannot be made, is no folder or cannot be written to.
     """
-    folder = Path(path)
+    folder = file_path("the output folder", path, OutputError)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
@@ -67,7 +79,16 @@ def output_folder(path: str | os.PathLike[str]) -> Path:
     return folder
 
 
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def _mode_of_existing(target: Path) -> int | None:
+    """Return the permissions of a file that may be replaced; None if there is no such file."""
+    try:
+        found = target.stat().st_mode
+    except FileNotFoundError:
+        return None
+    if not stat.S_ISREG(found):
+        raise OSError(None, "it is no file that could be replaced")
+    mode = stat.S_IMODE(found)
+    # Root may write to any file, but the owner of this one wants it to stay.
+    if not mode & 0o222 or not os.access(target, os.W_OK):
+        raise OSError(None, "it is read-only")
+    return mode

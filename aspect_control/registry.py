@@ -7,7 +7,8 @@ from importlib.metadata import entry_points
 from typing import Any, Generic, TypeVar
 
 from .arm import Arm
-from .exceptions import AspectControlError, ParameterError, UnknownNameError
+from .checks import known_name
+from .exceptions import AspectControlError, ParameterError, UnknownNameError, shown
 
 T = TypeVar("T")
 
@@ -49,10 +50,8 @@ class Registry(Generic[T]):
             UnknownNameError: If there is none of that name; the message lists those that exist.
             AspectControlError: If it cannot be imported.
         """
-        matches = entry_points(group=self.group, name=name)
-        if not matches:
-            raise self._not_found(name, self.available())
-        entry_point = next(iter(matches))
+        known_name(name, self.available(), error=self._not_found)
+        entry_point = next(iter(entry_points(group=self.group, name=name)))
         try:
             found: type[T] = entry_point.load()
         except Exception as error:
@@ -76,10 +75,11 @@ class Registry(Generic[T]):
             AspectControlError: If a parameter without a default is missing, or as the constructor does.
         """
         found = self.find(name)
+        if not isinstance(arm, Arm):
+            raise ParameterError(f"{name!r} is made for an Arm, got {shown(arm)}")
         allowed = parameter_names(found)
         for parameter in parameters:
-            if parameter not in allowed:
-                raise UnknownNameError(parameter, allowed, context=repr(name), kind="parameter")
+            known_name(parameter, allowed, "parameter", context=repr(name))
         missing = [each for each in _required(found) if each not in parameters]
         if missing:
             raise ParameterError(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from .exceptions import ModelError
+from .exceptions import ModelError, shown
 
 _PACKAGE = Path(__file__).resolve().parent
 
@@ -21,12 +21,11 @@ def model_path(name: str) -> Path:
     Raises:
         ModelError: If no URDF of that name ships with the package.
     """
-    shipped = _shipped("models", ".urdf")
-    path = shipped.get(Path(name).stem)
-    if path is None or path.name != name:
-        existing = ", ".join(sorted(path.name for path in shipped.values()))
-        raise ModelError(f"no robot description {name!r} ships with aspect_control; there are: {existing}")
-    return path
+    shipped = {path.name: path for path in _shipped("models", ".urdf").values()}
+    if not isinstance(name, str) or name not in shipped:
+        existing = ", ".join(sorted(shipped))
+        raise ModelError(f"no robot description {shown(name)} ships with aspect_control; there are: {existing}")
+    return shipped[name]
 
 
 def scenario_paths() -> dict[str, Path]:

@@ -59,8 +59,10 @@ class Task:
         if isinstance(task, str):
             if task in NAMED_TASKS:
                 return cls(NAMED_TASKS[task])
-        elif isinstance(task, Sequence) and task and all(axis in AXES and list(task).count(axis) == 1 for axis in task):
-            return cls(tuple(task))
+        elif isinstance(task, Sequence):
+            axes = tuple(axis for axis in task if isinstance(axis, str) and axis in AXES)
+            if 0 < len(set(axes)) == len(task):
+                return cls(axes)
         also = f"or a sequence of distinct coordinates from {', '.join(map(repr, AXES))}"
         raise TaskError(task, NAMED_TASKS, also=also)
 

@@ -8,11 +8,11 @@ import tempfile
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import pinocchio as pin
 
+from .checks import file_path, unicode_text
 from .exceptions import ModelError
 
 
@@ -22,9 +22,7 @@ def read_urdf(path: str | os.PathLike[str]) -> str:
     Raises:
         ModelError: If the file is missing or unreadable, with the URDF files that stand beside it.
     """
-    if not isinstance(path, (str, os.PathLike)):
-        raise ModelError(f"the URDF must be given as a path, got {path!r}")
-    file = Path(path)
+    file = file_path("the URDF", path, ModelError)
     try:
         return file.read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -50,8 +48,8 @@ def parse_urdf(text: str, name: str) -> Any:
             own reason.
     """
     try:
-        ElementTree.fromstring(text)
-    except (ElementTree.ParseError, TypeError) as error:
+        root = ElementTree.fromstring(unicode_text(name, text, ModelError))
+    except ElementTree.ParseError as error:
         raise ModelError(f"{name} is not well-formed XML: {error}") from None
     messages: list[str] = []
     try:
@@ -62,6 +60,7 @@ def parse_urdf(text: str, name: str) -> Any:
     if any("Error" in line and "inertial" in line for line in messages):
         # The parser goes on without the inertia, which would silently change the dynamics.
         raise ModelError(f"{name} is not a valid URDF: {_reason(messages)}")
+    _require_masses(root, name)
     sys.stderr.writelines(messages)
     return model
 
@@ -70,6 +69,14 @@ def mimic_joints(text: str) -> tuple[str, ...]:
     """Return the names of the joints of a URDF that follow another joint."""
     joints = ElementTree.fromstring(text).iter("joint")
     return tuple(joint.get("name", "") for joint in joints if joint.find("mimic") is not None)
+
+
+def _require_masses(root: ElementTree.Element, name: str) -> None:
+    """Refuse a negative mass, which Pinocchio adds to that of the links that are fixed to it."""
+    for link in root.findall("link"):
+        mass = link.find("inertial/mass")
+        if mass is not None and mass.get("value", "").strip().startswith("-") and float(mass.get("value", "")) < 0.0:
+            raise ModelError(f"link {link.get('name')!r} of {name} has a negative mass of {mass.get('value')} kg")
 
 
 def _reason(messages: list[str]) -> str:

@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from aspect_control import Arm
+from aspect_control import Arm, Run, StraightLine, controllers, simulate
 from aspect_control.chain import position_limits
 from aspect_control.examples import find_example
 from aspect_control.exceptions import AspectControlError, JointNotFoundError, ModelError, ParameterError, ShapeError
@@ -670,9 +670,57 @@ def test_a_hand_made_model_without_joint_frames_can_have_joints_locked():
     model = pin.Model()
     for i in range(3):
         joint = model.addJoint(i, pin.JointModelRY(), pin.SE3(np.eye(3), np.array([0.2, 0.0, 0.1])), f"j{i}")
-        model.appendBodyToJoint(joint, pin.Inertia.Random(), pin.SE3.Identity())
+        model.appendBodyToJoint(joint, pin.Inertia.FromBox(1.0, 0.1, 0.2, 0.3), pin.SE3.Identity())
     model.addFrame(pin.Frame("tip", 3, 0, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
     locked = Arm.from_pinocchio(model, frame="tip", task=("x", "z"), locked={"j1": 0.1})
     whole = Arm.from_pinocchio(model, frame="tip", task=("x", "z"))
     np.testing.assert_allclose(locked.jacobian([0.3, 0.5]), whole.jacobian([0.3, 0.1, 0.5])[:, [0, 2]], atol=1e-14)
     assert np.isinf([*locked.torque_limit, *locked.velocity_limit, *locked.position_limits[1]]).all()
+
+
+# A continuous joint about an axis that is none of x, y and z
+
+SLANTED = """
+  <joint name="{name}" type="continuous">
+    <parent link="{parent}"/><child link="{child}"/><origin xyz="0.3 0.1 0.2" rpy="0.1 {turn} 0.3"/><axis xyz="{axis}"/>
+  </joint>
+  <link name="{child}"><inertial>
+    <origin xyz="0.1 0.05 0.02"/><mass value="1"/>
+    <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/>
+  </inertial></link>"""
+
+
+def slanted_urdf(seed, joints=8):
+    axes = np.random.default_rng(seed).normal(size=(joints, 3))
+    axes[1] = [0.0, 0.0, -1.0]
+    parts = [
+        SLANTED.format(
+            name=f"joint{i}",
+            parent=f"link{i - 1}" if i else "base",
+            child=f"link{i}",
+            turn=i,
+            axis=" ".join(map(repr, axis)),
+        )
+        for i, axis in enumerate(axes.tolist())
+    ]
+    return f'<robot name="slanted"><link name="base"/>{"".join(parts)}</robot>'
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_continuous_joints_about_slanted_axes_can_be_taken_from_a_pinocchio_model(seed, tmp_path):
+    text = slanted_urdf(seed)
+    model = pin.buildModelFromXML(text)
+    assert "JointModelRevoluteUnboundedUnaligned" in {joint.shortname() for joint in model.joints}
+    options = {"frame": "link7", "task": "xyz"}
+    arm, read = Arm.from_pinocchio(model, **options), Arm.from_urdf_text(text, **options)
+    line = StraightLine([0.02, 0.01, 0.0], 0.1)
+    run = simulate(controllers.create("pseudoinverse", arm), line, q0=arm.configuration(np.linspace(0, 1, 8)), dt=0.02)
+    run.save(tmp_path / "run.npz")
+    loaded = Run.load(tmp_path / "run.npz").arm
+    rng = np.random.default_rng(seed)
+    for _ in range(20):
+        q, v = arm.configuration(rng.uniform(-np.pi, np.pi, 8)), rng.normal(size=8)
+        ours, again, reference = arm.state(q, v), loaded.state(q, v), read.state(q, v)
+        for name in ("M", "nle", "J", "drift", "x"):
+            assert np.array_equal(getattr(ours, name), getattr(again, name))
+            assert np.allclose(getattr(ours, name), getattr(reference, name), rtol=1e-12, atol=1e-12)

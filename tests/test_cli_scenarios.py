@@ -272,14 +272,15 @@ def test_survey_writes_exactly_the_files_it_promises(tmp_path, monkeypatch):
     """In this process, on two scenarios that are quick: the whole survey takes a minute."""
     from typer.testing import CliRunner
 
-    from aspect_control import cli, resources
+    from aspect_control import resources
+    from aspect_control.cli.commands import app
 
     for name in ("planar3r", "ur5-xyz"):
         text = scenario_paths()[name].read_text(encoding="utf-8")
         (tmp_path / f"{name}.toml").write_text(f"{text}\n[simulation]\ndt = 0.01\n", encoding="utf-8")
     quick = {path.stem: path for path in sorted(tmp_path.glob("*.toml"))}
     monkeypatch.setattr(resources, "scenario_paths", lambda: quick)
-    done = CliRunner().invoke(cli.app, ["survey", "--out", str(tmp_path / "out")], catch_exceptions=False)
+    done = CliRunner().invoke(app, ["survey", "--out", str(tmp_path / "out")], catch_exceptions=False)
     assert done.exit_code == 0
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert names == {"survey.json", "survey.md", "survey.png", "survey.svg"}

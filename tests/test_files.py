@@ -1,5 +1,10 @@
 import os
+import signal
+import socket
 import stat
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -148,3 +153,155 @@ def test_a_folder_without_permission_is_an_output_error(tmp_path):
     tmp_path.chmod(0o500)
     with pytest.raises(OutputError, match="Permission denied"):
         output_folder(tmp_path)
+
+
+# What an atomic write must not replace
+
+
+def device(folder):
+    (folder / "out").symlink_to("/dev/full")
+
+
+def fifo(folder):
+    os.mkfifo(folder / "out")
+
+
+def unix_socket(folder):
+    server = socket.socket(socket.AF_UNIX)
+    try:
+        server.bind(str(folder / "out"))
+    finally:
+        server.close()
+
+
+def read_only(folder):
+    (folder / "out").write_bytes(b"to be kept")
+    (folder / "out").chmod(0o444)
+
+
+def read_only_by_a_link(folder):
+    (folder / "kept").write_bytes(b"to be kept")
+    (folder / "kept").chmod(0o400)
+    (folder / "out").symlink_to("kept")
+
+
+def directory(folder):
+    (folder / "out").mkdir()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="files of POSIX")
+@pytest.mark.parametrize("make", [device, fifo, unix_socket, read_only, read_only_by_a_link, directory])
+def test_what_is_no_file_or_read_only_is_refused_before_anything_is_written(tmp_path, make):
+    make(tmp_path)
+    before, kind = listing(tmp_path), (tmp_path / "out").stat()
+    with pytest.raises(OutputError, match=r"cannot write .*out: it is (no file that could be replaced|read-only)"):
+        write_text(tmp_path / "out", "text")
+    after = (tmp_path / "out").stat()
+    assert (after.st_mode, after.st_ino, after.st_size) == (kind.st_mode, kind.st_ino, kind.st_size)
+    assert listing(tmp_path) == before
+
+
+def test_a_device_itself_is_refused():
+    with pytest.raises(OutputError, match="cannot write /dev/null: it is no file"):
+        write_text("/dev/null", "text")
+
+
+def test_a_symbolic_link_is_followed_and_stays(tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "report.md").write_text("old")
+    (tmp_path / "report.md").symlink_to("elsewhere/report.md")
+    write_text(tmp_path / "report.md", "new")
+    assert (tmp_path / "report.md").is_symlink()
+    assert (tmp_path / "elsewhere" / "report.md").read_text() == "new"
+    assert listing(tmp_path / "elsewhere") == ["report.md"]
+
+
+def test_a_symbolic_link_to_nothing_makes_what_it_points_to(tmp_path):
+    (tmp_path / "report.md").symlink_to("new.md")
+    write_text(tmp_path / "report.md", "new")
+    assert (tmp_path / "report.md").is_symlink()
+    assert (tmp_path / "new.md").read_text() == "new"
+
+
+def test_symbolic_links_in_a_circle_are_refused(tmp_path):
+    (tmp_path / "a").symlink_to("b")
+    (tmp_path / "b").symlink_to("a")
+    with pytest.raises(OutputError, match="cannot write"):
+        write_text(tmp_path / "a", "text")
+    assert listing(tmp_path) == ["a", "b"]
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o666, 0o755])
+def test_the_permissions_of_an_existing_file_stay(tmp_path, umask, mode):
+    (tmp_path / "report.md").write_text("old")
+    (tmp_path / "report.md").chmod(mode)
+    umask(0o077)
+    write_text(tmp_path / "report.md", "new")
+    assert stat.S_IMODE((tmp_path / "report.md").stat().st_mode) == mode
+    assert (tmp_path / "report.md").read_bytes() == b"new"
+
+
+def test_nobody_else_may_read_the_new_content_of_a_private_file_meanwhile(tmp_path, umask):
+    umask(0o000)
+    (tmp_path / "report.md").write_text("old")
+    (tmp_path / "report.md").chmod(0o600)
+    with atomic_path(tmp_path / "report.md") as temporary:
+        assert stat.S_IMODE(temporary.stat().st_mode) == 0o600
+
+
+def test_an_error_of_the_block_reaches_the_caller_unchanged(tmp_path):
+    error = RuntimeError("of the block")
+
+    def failing():
+        with atomic_path(tmp_path / "run.npz"):
+            raise error
+
+    with pytest.raises(RuntimeError) as raised:
+        failing()
+    assert raised.value is error
+
+
+def test_a_name_as_long_as_a_name_may_be_can_be_written(tmp_path):
+    write_text(tmp_path / ("x" * 252 + ".md"), "text")
+    assert listing(tmp_path) == ["x" * 252 + ".md"]
+
+
+INTERRUPTED_ANYWHERE = """
+import os, signal, sys
+from aspect_control import files
+
+calls = 0
+
+def interrupt_at(frame, event, argument):
+    # A line of `atomic_path` after another is the one at which Ctrl-C comes.
+    global calls
+    if frame.f_code.co_name != "atomic_path":
+        return None
+    if event == "line":
+        calls += 1
+        if calls == int(sys.argv[2]):
+            sys.settrace(None)
+            signal.raise_signal(signal.SIGINT)
+    return interrupt_at
+
+sys.settrace(interrupt_at)
+try:
+    files.write_text(sys.argv[1], "text")
+except KeyboardInterrupt:
+    print("interrupted")
+else:
+    print("written")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_an_interruption_at_any_line_leaves_no_temporary_file(tmp_path):
+    outcomes = []
+    while not outcomes or outcomes[-1] == "interrupted":
+        command = [sys.executable, "-c", INTERRUPTED_ANYWHERE, str(tmp_path / "report.md"), str(len(outcomes) + 1)]
+        reset = lambda: signal.signal(signal.SIGINT, signal.default_int_handler)  # noqa: E731
+        done = subprocess.run(command, capture_output=True, text=True, check=True, preexec_fn=reset)
+        outcomes.append(done.stdout.strip())
+        assert not [path for path in Path(tmp_path).iterdir() if path.name != "report.md"], outcomes
+    assert len(outcomes) > 8
+    assert outcomes[-1] == "written"

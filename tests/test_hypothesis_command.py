@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import aspect_control as ac
-from aspect_control import cli
 from aspect_control.analysis import aspect_preserved
 from aspect_control.analysis.hypothesis import ABLATION, THRESHOLDS, Experiment
+from aspect_control.cli.commands import app
 from aspect_control.exceptions import AspectControlError, ParameterError, ScenarioError, ShapeError
 from aspect_control.scenario import load_scenario
 
@@ -71,7 +71,7 @@ def test_a_saved_counterexample_is_made_again_bit_for_bit_and_can_be_shown(resul
     assert saved.info.trajectory == repr(experiment.draw(index).line)
     page = tmp_path / "page.html"
     file = folder / "counterexamples" / f"{law}-{index}.npz"
-    cli.app(["replay", str(file), "--out", str(page)], standalone_mode=False)
+    app(["replay", str(file), "--out", str(page)], standalone_mode=False)
     assert page.stat().st_size > 1e5
 
 
@@ -125,7 +125,7 @@ def test_bad_input_is_refused_before_anything_is_computed(tmp_path, monkeypatch,
     tail = tail[tail.index("[[controllers]]") :]
     Path("circle.toml").write_text(f'{head}kind = "circle"\nradius = 0.5\nduration = 2.0\n\n{tail}')
     with pytest.raises(error, match=re.escape(words)):
-        cli.app(["hypothesis", *arguments], standalone_mode=False)
+        app(["hypothesis", *arguments], standalone_mode=False)
     assert not Path("results").exists()
 
 

@@ -1,9 +1,11 @@
 import dataclasses
 import io
 import json
+import re
 import struct
 import subprocess
 import sys
+import tracemalloc
 import zipfile
 from itertools import combinations
 from pathlib import Path
@@ -834,3 +836,99 @@ def test_an_existing_run_is_replaced(short, tmp_path):
     (tmp_path / "run.npz").write_bytes(b"the old run")
     short.save(tmp_path / "run.npz")
     assert Run.load(tmp_path / "run.npz") == short
+
+
+# Archives that claim or unpack to more than a recording may hold
+
+
+def with_zeros(saved, name, shape, blocks):
+    """The saved file with an array that says it has a shape, and whose data are zeros in blocks of 1 MiB."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        with zipfile.ZipFile(io.BytesIO(saved)) as source:
+            for other in set(source.namelist()) - {f"{name}.npy"}:
+                archive.writestr(other, source.read(other))
+        with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+            np.lib.format.write_array_header_1_0(file, {"descr": "<f8", "fortran_order": False, "shape": shape})
+            for _ in range(blocks):
+                file.write(bytes(2**20))
+    return content.getvalue()
+
+
+def peak_of_refusing(path, words):
+    """The memory that Python and NumPy take while a file is refused, in bytes."""
+    tracemalloc.start()
+    try:
+        with pytest.raises(RunFileError, match=words):
+            Run.load(path)
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def test_an_array_of_3_gib_in_a_small_archive_is_refused_before_it_is_unpacked(saved, tmp_path):
+    (tmp_path / "bomb.npz").write_bytes(with_zeros(saved, "q", (2**27, 3), 3072))
+    assert (tmp_path / "bomb.npz").stat().st_size < 20e6
+    with zipfile.ZipFile(tmp_path / "bomb.npz") as archive:
+        assert archive.getinfo("q.npy").file_size > 3 * 2**30
+    samples = len(member(saved, "t"))
+    words = (
+        rf"bomb\.npz is damaged: q must be float64 of shape \({samples}, 3\), found float64 of shape \(134217728, 3\)"
+    )
+    assert peak_of_refusing(tmp_path / "bomb.npz", words) < 20e6
+
+
+def test_more_samples_than_can_be_recorded_are_refused_before_they_are_unpacked(saved, tmp_path):
+    (tmp_path / "bomb.npz").write_bytes(with_zeros(saved, "t", (2**25,), 256))
+    words = r"t must have one entry a sample, at most 20,000,000, found float64 of shape \(33554432,\)"
+    assert peak_of_refusing(tmp_path / "bomb.npz", words) < 20e6
+
+
+@pytest.mark.parametrize(("shape", "blocks"), [((2**17,), 0), ((4,), 64), ((2**40, 2**40), 0)])
+def test_an_array_that_is_not_as_large_as_its_header_says_is_refused_before_it_is_unpacked(
+    saved, tmp_path, shape, blocks
+):
+    (tmp_path / "liar.npz").write_bytes(with_zeros(saved, "t", shape, blocks))
+    words = rf"t is [\d,]+ bytes, not the [\d,]+ of float64 of shape {re.escape(str(shape))}"
+    assert peak_of_refusing(tmp_path / "liar.npz", words) < 20e6
+
+
+def test_a_header_that_unpacks_to_more_than_a_description_is_refused(saved, tmp_path):
+    (tmp_path / "bomb.npz").write_bytes(rewritten(saved, header=np.array(" " * (2**24 + 1))))
+    assert (tmp_path / "bomb.npz").stat().st_size < 1e6
+    words = r"header must be one text of at most 67,108,864 bytes, found <U16777217 of shape \(\)"
+    assert peak_of_refusing(tmp_path / "bomb.npz", words) < 20e6
+
+
+def test_a_description_that_could_not_be_read_again_is_not_written(short, tmp_path):
+    info = dataclasses.replace(short.info, message="x" * 2**24)
+    with pytest.raises(OutputError, match="characters, too many"):
+        dataclasses.replace(short, info=info).save(tmp_path / "run.npz")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda t: t[::-1].copy(),
+        lambda t: np.where(t == t[2], t[1], t),
+        lambda t: np.zeros_like(t),
+        lambda t: np.append(t[:-1], -1.0),
+    ],
+    ids=["backwards", "standing", "zero", "back at the end"],
+)
+def test_a_time_that_does_not_increase_is_refused(saved, tmp_path, change):
+    (tmp_path / "run.npz").write_bytes(rewritten(saved, t=change(member(saved, "t"))))
+    with pytest.raises(RunFileError, match=r"run\.npz is damaged: t must increase from sample to sample"):
+        Run.load(tmp_path / "run.npz")
+
+
+@pytest.mark.parametrize(
+    ("index", "value", "words"),
+    [(0, -1.0, "a negative mass"), (4, -1.0, "a negative principal moment"), (12, 9.0, "the triangle inequality")],
+)
+def test_a_chain_of_an_impossible_inertia_is_refused_with_the_joint(saved_chain, tmp_path, index, value, words):
+    change = lambda header: recorded_joints(header)[1]["inertia"].__setitem__(index, value)  # noqa: E731
+    (tmp_path / "run.npz").write_bytes(with_header(saved_chain, change))
+    with pytest.raises(RunFileError, match=rf"run\.npz is damaged: what joint '.*' moves .*{words}"):
+        Run.load(tmp_path / "run.npz")

@@ -525,7 +525,7 @@ def test_missing_file_and_folder_are_answered_with_the_scenarios_that_ship(tmp_p
         ("[0.15, 0.3, 0.2]", "[0.15, 0.3]", ["the trajectory has 2 task coordinates", "has 3"]),
         ('"jmdc"', '"jdmc"', ["unknown controller 'jdmc'", "did you mean 'jmdc'", "'pseudoinverse'"]),
         ('"jmdc"', '"jmdc"\nkapa = 1', ["unknown parameter 'kapa' in 'jmdc'", "did you mean 'kappa'"]),
-        ('"jmdc"', '"jmdc"\nkappa = "x"', ["kappa must be a number, got 'x'"]),
+        ('"jmdc"', '"jmdc"\nkappa = "x"', ["kappa must be a finite number of at least 0, got 'x'"]),
         ('"jmdc"', '"jmdc"\nkp = -1', ["kp must not be negative, got -1"]),
         ('"jmdc"', '"jmdc"\nkp = [1, 2]', ["kp must be a scalar or have shape (7,)"]),
         ("[start]", "[simulation]\ndt = 5\n[start]", ["dt must not be longer than the motion of 1 s, got 5 s"]),

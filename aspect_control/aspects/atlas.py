@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arm import BORDER_TOLERANCE, Arm
-from ..exceptions import ParameterError
+from ..checks import whole_number
+from ..exceptions import ParameterError, shown
 from ..redundancy import Array, minor_measure, minors, null_vector
 from .postures import beyond_limits
 from .slices import Slice
@@ -165,12 +166,11 @@ def estimated_time(slice_: Slice, resolution: int) -> float:
 
 
 def _require_fits(arm: Arm, resolution: int) -> None:
-    if isinstance(resolution, bool) or not isinstance(resolution, (int, np.integer)) or resolution < 2:
-        raise ParameterError(f"resolution must be a whole number of at least 2, got {resolution!r}")
+    whole_number("resolution", resolution, 2)
     numbers = len(arm.minor_columns) + 2 + (arm.nv if arm.redundancy == 1 else 0)
     most = int(np.sqrt(LARGEST_MEMORY / (8 * numbers)))
     if resolution > most:
         raise ParameterError(
-            f"a resolution of {resolution} does not fit into memory: {len(arm.minor_columns)} minors at "
-            f"{resolution**2:,} points; at most {most} cells a side are computed"
+            f"a resolution of {shown(resolution)} does not fit into memory: {len(arm.minor_columns)} minors at "
+            f"each point; at most {most} cells a side are computed"
         )

@@ -11,11 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import Arm
-from ..checks import finite_vector, positive
-from ..exceptions import NotRedundantError, ParameterError, UnreachableError
+from ..checks import finite_vector, positive, whole_number
+from ..exceptions import NotRedundantError, UnreachableError
 from ..redundancy import Array, aspect_signature, minor_measure, minors, null_space_basis
 from ..tasks import TaskValue
 from .postures import into_limits, jacobian, project, sampling_range, task_error
+
+MAX_COUNT = 1_000_000
+"""The most postures that are looked for at once."""
 
 _ATTEMPTS = 30
 """Attempts for each posture asked for, before what was found is what there is."""
@@ -105,7 +108,7 @@ def sample_self_motion(
     if arm.redundancy < 0:
         raise NotRedundantError(f"the task {arm.task} has more coordinates than {arm.name!r} has joints, {arm.nv}")
     x = arm.coordinates.checked("x", x)
-    count, seed = _whole("count", count, 1), _whole("seed", seed, 0)
+    count, seed = whole_number("count", count, 1, MAX_COUNT), whole_number("seed", seed, 0)
     lower, upper = search_box(arm, near, within)
     widest = sampling_range(arm)
     low, high = np.where(np.isfinite(lower), lower, widest[0]), np.where(np.isfinite(upper), upper, widest[1])
@@ -178,9 +181,3 @@ def _out_of_reach(arm: Arm, x: TaskValue, lower: Array, upper: Array, rng: Any) 
         f"the task value {np.round(arm.coordinates.encode(x), 6).tolist()} is out of reach of {arm.name!r} inside its "
         f"joint limits: the nearest posture found leaves {' and '.join(distances)}{bound}"
     )
-
-
-def _whole(name: str, value: Any, least: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-        raise ParameterError(f"{name} must be a whole number of at least {least}, got {value!r}")
-    return int(value)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import Arm
+from ..checks import known_name
 from ..exceptions import JointNotFoundError, ParameterError
 from ..redundancy import Array, minors, null_vector
 from .postures import jacobian, sampling_range, turned
@@ -189,9 +190,7 @@ def joint_index(arm: Arm, name: str) -> int:
     Raises:
         JointNotFoundError: If there is no such joint; the message lists those that exist.
     """
-    if name not in arm.joint_names:
-        raise JointNotFoundError(name, arm.joint_names, context=arm.name)
-    return arm.joint_names.index(name)
+    return arm.joint_names.index(known_name(name, arm.joint_names, error=JointNotFoundError, context=arm.name))
 
 
 def _joint_axis(arm: Arm, joint: int) -> Axis:

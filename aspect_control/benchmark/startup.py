@@ -18,7 +18,7 @@ def startup(rounds: int) -> list[Row]:
     programs = {
         "bare Python": [sys.executable, "-c", ""],
         "import pinocchio": [sys.executable, "-c", "import pinocchio"],
-        "import aspect_control": [sys.executable, "-c", "import aspect_control"],
+        "import aspect_control": [sys.executable, "-c", "from aspect_control import Arm, controllers, simulate"],
         "aspect-control --help": [sys.executable, "-c", _HELP],
     }
     seconds: dict[str, list[float]] = {name: [] for name in programs}

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import errno
+import io
 import json
+import os
 import sys
 import warnings
+from contextlib import suppress
 from typing import Any
 
 import typer
 from typer.exceptions import TyperException
 
 from ..exceptions import AspectControlError
-
-INTERRUPTED = 130
-"""Exit status of a command that was interrupted from the keyboard."""
 
 app = typer.Typer(
     add_completion=False,
@@ -29,19 +30,22 @@ def _help_without_command(context: typer.Context) -> None:
         typer.echo(context.get_help())
 
 
-def main() -> None:
-    """Run the command line; bad input ends in one line on standard error and exit status 2."""
+def run() -> int:
+    """Run the command that the arguments ask for and return the exit status; an error is one line on standard error."""
     warnings.showwarning = _show_warning
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # Names of files, and Greek letters, where the terminal cannot show them.
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        status = app(standalone_mode=False)
+        status = int(app(standalone_mode=False) or 0)
+        sys.stdout.flush()
     except AspectControlError as error:
-        _fail(str(error))
+        return _failed(str(error))
     except TyperException as error:
-        _fail(error.format_message())
-    else:
-        if status == INTERRUPTED:
-            typer.echo("aspect-control: interrupted; what was written stays", err=True)
-        sys.exit(status)
+        return _failed(error.format_message())
+    except OSError as error:
+        return _failed_output(error)
+    return status
 
 
 def as_json(document: dict[str, Any]) -> str:
@@ -53,6 +57,15 @@ def _show_warning(message: Warning | str, *_: object, **__: object) -> None:
     typer.echo(f"aspect-control: warning: {' '.join(str(message).split())}", err=True)
 
 
-def _fail(message: str) -> None:
-    typer.echo(f"aspect-control: error: {' '.join(message.split())}", err=True)
-    sys.exit(2)
+def _failed(message: str) -> int:
+    with suppress(OSError):
+        typer.echo(f"aspect-control: error: {' '.join(message.split())}", err=True)
+    return 2
+
+
+def _failed_output(error: OSError) -> int:
+    """Say what the system refused; a reader of standard output that has gone, such as `head`, needs no word."""
+    # What is still to be written would fail once more when Python ends.
+    with suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 1 if error.errno == errno.EPIPE else _failed(f"the system refused: {error}")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..arm import Arm
-from ..exceptions import CriterionLoadError, CriterionNotFoundError, ParameterError
+from ..exceptions import CriterionLoadError, CriterionNotFoundError, ParameterError, shown
 from ..registry import Registry, describe_parameters, parameter_names
 from .criterion import Criterion
 
@@ -55,8 +55,10 @@ def make(arm: Arm, criterion: str | Mapping[str, Any] | Criterion) -> Criterion:
     if not isinstance(criterion, Mapping):
         return create(criterion, arm)
     parameters = dict(criterion)
-    if "name" not in parameters:
-        raise ParameterError(f"a criterion with parameters needs a 'name' among them, got {parameters}")
+    if "name" not in parameters or not all(isinstance(key, str) for key in parameters):
+        raise ParameterError(
+            f"a criterion with parameters needs a 'name' among them and names alone as keys, got {shown(parameters)}"
+        )
     return create(parameters.pop("name"), arm, **parameters)
 
 

@@ -10,7 +10,8 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from ..exceptions import ScenarioError
+from ..checks import file_path, unicode_text
+from ..exceptions import ScenarioError, shown
 from ..resources import scenario_paths
 from .scenario import Scenario
 from .sections import (
@@ -29,6 +30,8 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
+MAX_DEPTH = 32
+"""How many levels of tables and lists a scenario may have; it needs six."""
 
 _SECTIONS: dict[str, type[BaseModel]] = {
     "robot": RobotSection,
@@ -58,13 +61,19 @@ def load_scenario(path: str | Path, settings: Sequence[str] = ()) -> Scenario:
     """
     file = _find(path)
     try:
-        content = tomllib.loads(file.read_text(encoding="utf-8"))
+        text = file.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise ScenarioError(f"cannot read scenario {path}: {error}") from error
-    except tomllib.TOMLDecodeError as error:
+    try:
+        content = _parse(text)
+    except ValueError as error:
         raise ScenarioError(f"{path} is not valid TOML: {error}") from None
+    if isinstance(settings, str) or not isinstance(settings, Sequence):
+        raise ScenarioError(f"settings must be a list of field=value, got {shown(settings)}")
     for setting in settings:
-        _apply(content, setting)
+        _apply(content, unicode_text("a setting", setting, ScenarioError))
+    if _depth(content) > MAX_DEPTH:
+        raise ScenarioError(f"{path} is nested more than {MAX_DEPTH} levels deep")
     if "folder" in content:
         raise ScenarioError(f"{path}: unknown field 'folder'; allowed: {', '.join(_fields([], content))}")
     try:
@@ -73,8 +82,34 @@ def load_scenario(path: str | Path, settings: Sequence[str] = ()) -> Scenario:
         raise ScenarioError(f"{path}: {_explain_all(error, content)}") from None
 
 
+def _parse(text: str) -> dict[str, Any]:
+    """Return the tables of a TOML text.
+
+    Raises:
+        ValueError: If it is none, or has a number of too many digits or too many levels.
+    """
+    try:
+        content: dict[str, Any] = tomllib.loads(text)
+    except RecursionError:
+        raise ValueError("it is nested too deep") from None
+    return content
+
+
+def _depth(value: Any) -> int:
+    """Return how many levels of tables and lists a value has, but not more than one above `MAX_DEPTH`."""
+    level, depth = [value], 0
+    while depth <= MAX_DEPTH:
+        level = [each for each in level if isinstance(each, (dict, list))]
+        if not level:
+            break
+        level = [inner for each in level for inner in (each.values() if isinstance(each, dict) else each)]
+        depth += 1
+    return depth
+
+
 def _find(path: str | Path) -> Path:
-    file, shipped = Path(path), scenario_paths()
+    file, shipped = file_path("the scenario", path, ScenarioError), scenario_paths()
+    unicode_text("the path of a scenario", str(file), ScenarioError)  # its name goes into the summary of its runs
     try:
         if file.is_file():
             return file
@@ -91,10 +126,10 @@ def _apply(content: dict[str, Any], setting: str) -> None:
     key, separator, text = setting.partition("=")
     parts = [part.strip() for part in key.split(".")]
     if not separator or not all(parts) or "\n" in text:
-        raise ScenarioError(f"a setting must be field=value, such as controller.kp=200; got {setting!r}")
+        raise ScenarioError(f"a setting must be field=value, such as controller.kp=200; got {shown(setting)}")
     try:
-        value = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        value = _parse(f"value = {text}")["value"]
+    except ValueError:
         value = text.strip()
     tables = [content]
     if parts[0] == "controller" and len(parts) > 1:
@@ -113,7 +148,7 @@ def _laws(content: Mapping[str, Any], label: Sequence[str], setting: str) -> lis
     """Return the tables of all laws, or of the one with a label."""
     laws = content.get("controllers", [])
     if not isinstance(laws, list) or not all(isinstance(law, dict) for law in laws):
-        raise ScenarioError(f"{setting!r}: 'controllers' must be tables, [[controllers]], got {laws!r}")
+        raise ScenarioError(f"{setting!r}: 'controllers' must be tables, [[controllers]], got {shown(laws)}")
     if not label:
         return laws
     known = [law.get("label", law.get("name")) for law in laws]
@@ -145,11 +180,11 @@ def _explain(error: Mapping[str, Any], content: Mapping[str, Any]) -> tuple[str,
         return f"unknown field {field!r}", f"{hint} allowed: {', '.join(allowed)}"
     if error["type"].startswith("union_tag"):
         given = content["trajectory"].get("kind")
-        return f"{field}.kind", f": must be 'line', 'circle', 'hold' or 'waypoints', got {given!r}"
+        return f"{field}.kind", f": must be 'line', 'circle', 'hold' or 'waypoints', got {shown(given)}"
     if error["type"] in ("model_type", "model_attributes_type"):
-        return field, f": must be a table, got {error['input']!r}"
+        return field, f": must be a table, got {shown(error['input'])}"
     message = error["msg"].removeprefix("Value error, ")
-    given = "" if error["type"] in ("missing", "value_error") else f", got {error['input']!r}"
+    given = "" if error["type"] in ("missing", "value_error") else f", got {shown(error['input'])}"
     return field, f": {message}{given}"
 
 

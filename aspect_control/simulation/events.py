@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import Arm
-from ..checks import positive
+from ..checks import positive, real_array
 from ..exceptions import ParameterError, ShapeError
 from ..redundancy import Array, manipulability
 from ..tasks import TaskValue
@@ -215,10 +215,7 @@ def torque_limit(name: str, limit: ArrayLike, size: int | None = None) -> Array:
         ParameterError: If an entry is not above zero.
         ShapeError: If it is neither a number nor a vector of `size` entries.
     """
-    try:
-        values = np.atleast_1d(np.array(limit, dtype=np.float64))
-    except (TypeError, ValueError):
-        raise ShapeError(f"{name} must be a number or a vector of numbers, got {limit!r}") from None
+    values = np.atleast_1d(real_array(name, limit, "a number or a vector of numbers"))
     if values.ndim != 1 or len(values) == 0 or (size is not None and len(values) not in (1, size)):
         expected = "a number or a vector" if size is None else f"a number or a vector of {size} numbers"
         raise ShapeError(f"{name} must be {expected}, got shape {values.shape}")

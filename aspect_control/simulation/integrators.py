@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
-from ..exceptions import UnknownNameError
+from ..checks import known_name
 from ..redundancy import Array
 from .plant import Plant
 
@@ -77,6 +77,4 @@ def find_integrator(integrator: str | Integrator) -> Integrator:
     """
     if isinstance(integrator, Integrator):
         return integrator
-    if integrator not in INTEGRATORS:
-        raise UnknownNameError(integrator, INTEGRATORS, kind="integrator")
-    return INTEGRATORS[integrator]()
+    return INTEGRATORS[known_name(integrator, INTEGRATORS, "integrator")]()

@@ -19,10 +19,7 @@ from .integrators import Integrator, find_integrator
 from .plant import Plant
 from .recorder import Recorder, read_only
 from .run import Run
-from .run_file import RunInfo, versions
-
-MAX_SAMPLES = 20_000_000
-"""The longest recording that is started, in samples: about 5 GB for a 7-axis arm."""
+from .run_file import MAX_SAMPLES, RunInfo, versions
 
 
 def simulate(

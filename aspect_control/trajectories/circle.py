@@ -7,8 +7,8 @@ from itertools import permutations
 
 import numpy as np
 
-from ..checks import finite_number, positive
-from ..exceptions import ParameterError, UnknownNameError
+from ..checks import finite_number, known_name, positive
+from ..exceptions import ParameterError
 from ..redundancy import Array
 from ..tasks import POSITION_AXES, Task
 from .path import PathTrajectory
@@ -38,17 +38,21 @@ class Circle(PathTrajectory):
             profile: How the angle grows with time; a name of `PROFILES`.
 
         Raises:
-            ParameterError: If `radius` or `duration` is not above zero, or `turns` is zero or not finite.
+            ParameterError: If `radius` or `duration` is not above zero, `turns` is zero or not finite, or there are so
+                many that no finite acceleration would do.
             UnknownNameError: If there is no such plane or profile.
         """
         self.radius = positive("radius", radius, "m")
         self.duration = positive("duration", duration, "s")
-        if plane not in PLANES:
-            raise UnknownNameError(plane, PLANES, kind="plane")
-        self.plane = plane
+        self.plane = known_name(plane, PLANES, "plane")
         self.turns = finite_number("turns", turns)
         if self.turns == 0.0:
             raise ParameterError("turns must not be 0: a trajectory that stands still is a Hold")
+        angle = 2.0 * math.pi * self.turns
+        if not math.isfinite(self.radius * angle * angle):
+            raise ParameterError(
+                f"a circle must have a finite acceleration, got turns={self.turns:g} of radius={self.radius:g} m"
+            )
         self._profile = find_profile(profile)
         self.profile = profile
 

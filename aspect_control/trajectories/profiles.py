@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from ..exceptions import UnknownNameError
+from ..checks import known_name
 
 SAME_INSTANT = 1e-12
 """Times closer than this part of the duration are the same instant: i·dt is rarely exact."""
@@ -86,6 +86,4 @@ def find_profile(name: str) -> Profile:
     Raises:
         UnknownNameError: If there is no such profile.
     """
-    if not isinstance(name, str) or name not in PROFILES:
-        raise UnknownNameError(name, PROFILES, kind="profile")
-    return PROFILES[name]
+    return PROFILES[known_name(name, PROFILES, "profile")]

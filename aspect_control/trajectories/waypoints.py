@@ -7,8 +7,8 @@ from bisect import bisect_right
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import finite_vector, positive
-from ..exceptions import NonFiniteError, ParameterError, ShapeError
+from ..checks import finite_vector, positive, real_array, require_finite
+from ..exceptions import ParameterError, ShapeError
 from ..redundancy import Array
 from ..tasks import AXES, POSITION_AXES, Task
 from .path import PathTrajectory
@@ -103,12 +103,8 @@ class Waypoints(PathTrajectory):
 
 
 def _matrix(name: str, value: ArrayLike) -> Array:
-    try:
-        matrix = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ShapeError(f"{name} must be a matrix of numbers, got {value!r}") from None
+    matrix = real_array(name, value, "a matrix of numbers")
     if matrix.ndim != 2 or 0 in matrix.shape:
         raise ShapeError(f"{name} must have shape (k, m), one row a point, k and m at least 1, got {matrix.shape}")
-    if not np.isfinite(matrix).all():
-        raise NonFiniteError(f"{name} must be finite, got {matrix.tolist()}")
+    require_finite(name, matrix)
     return matrix

@@ -5,11 +5,10 @@ from __future__ import annotations
 import os
 import subprocess
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from typing import Any
 
-from ..checks import positive
-from ..exceptions import OutputError, UnknownNameError
+from ..checks import file_path, known_name, positive
+from ..exceptions import OutputError
 from ..files import atomic_path
 from ..simulation import Run
 from .frames import FRAME_RATE, frame_times, labelled_runs
@@ -56,10 +55,8 @@ def animate(
 
     speed = positive("speed", speed)
     shown = labelled_runs(runs)
-    suffix = Path(path).suffix.lower()
-    if suffix not in RATES:
-        raise UnknownNameError(suffix, RATES, context=str(path), kind="format of a moving picture")
-    rate = RATES[suffix]
+    suffix = file_path("the moving picture", path, OutputError).suffix.lower()
+    rate = RATES[known_name(suffix, RATES, "format of a moving picture", context=str(path))]
     writer = _writer(suffix, rate, path)
     with style(), atomic_path(path) as temporary:
         drawing = MovingPicture(shown, speed, title)

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from ..analysis.metrics import total_variation
+from ..checks import file_path, known_name
+from ..exceptions import OutputError
 from ..files import atomic_path
 from ..simulation import Run
 from .panels import (
@@ -136,7 +138,10 @@ def save_figure(figure: Any, path: str | os.PathLike[str]) -> None:
 
     Raises:
         OutputError: If it cannot be written.
+        UnknownNameError: If the suffix names no format.
     """
+    suffix = file_path("the figure", path, OutputError).suffix.lower().removeprefix(".")
+    known_name(suffix, list(figure.canvas.get_supported_filetypes()), "format of a figure", context=str(path))
     with style(), atomic_path(path) as temporary:
         metadata = {"Date": None} if temporary.suffix == ".svg" else {}
         figure.savefig(temporary, metadata=metadata)

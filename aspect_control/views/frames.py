@@ -21,6 +21,9 @@ from .style import law_name, plain_text
 FRAME_RATE = 30.0
 """Frames a second, whatever the sampling time was."""
 
+MAX_FRAMES = 1_000_000
+"""The most frames of a moving picture: at the usual rate more than nine hours of it."""
+
 PLACEHOLDER_LIMIT = 1e5
 """Torque limit from which on a robot's description says none, N m: URDF requires a number, no arm has such a motor."""
 
@@ -88,14 +91,20 @@ def frame_times(runs: Sequence[Run], rate: float = FRAME_RATE, speed: float = 1.
         Times, shape (any,), s, `speed / rate` apart; the last step is shorter if the motion ends between two frames.
 
     Raises:
-        ParameterError: If `rate` or `speed` is not above zero, or a run has no samples.
+        ParameterError: If `rate` or `speed` is not above zero or makes too many frames, or a run has no samples.
         NonFiniteError: If the first sample of a run is not finite.
     """
-    step = positive("speed", speed) / positive("rate", rate, "Hz")
+    speed, rate = positive("speed", speed), positive("rate", rate, "Hz")
     parts = [finite_part(run) for run in runs]
     start, end = min(float(part.t[0]) for part in parts), max(float(part.t[-1]) for part in parts)
-    steps = int(np.ceil((end - start) / step - 1e-6))
-    times: Array = np.minimum(start + step * np.arange(steps + 1), end)
+    frames = (end - start) * rate / speed
+    if frames > MAX_FRAMES:
+        raise ParameterError(
+            f"a motion of {end - start:g} s at speed {speed:g} and {rate:g} Hz would have {frames:.3g} frames; "
+            f"at most {MAX_FRAMES:,} can be shown"
+        )
+    steps = int(np.ceil(frames - 1e-6))
+    times: Array = np.minimum(start + min(speed / rate, end) * np.arange(steps + 1), end)
     return times
 
 

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import Arm
-from ..checks import positive
-from ..exceptions import UnknownNameError
+from ..checks import known_name, positive
 from ..redundancy import Array, aspect_signature, pseudoinverse_torque
 from ..simulation import Moment
 from ..trajectories import Trajectory
@@ -101,8 +100,7 @@ class LiveView(LiveServer):
         Raises:
             UnknownNameError: If there is no such label.
         """
-        if label not in self._labels:
-            raise UnknownNameError(label, self._labels, kind="label")
+        known_name(label, self._labels, "label")
         return _Watch(self, self._labels.index(label), self._speed, self._duration)
 
 

@@ -7,15 +7,19 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
-from ...exceptions import ParameterError
+from ...checks import whole_number
 from ...simulation import completed, simulate
 from ...trajectories import StraightLine
 from .experiment import Experiment
 from .outcome import Outcome, SampleOutcome, outcome, sample_outcome
 from .parallel import processes
 from .result import FINER, HypothesisResult
+
+MAX_SAMPLES = 10_000_000
+"""The most motions of one run."""
+
+MAX_WORKERS = 1024
+"""The most processes of one run."""
 
 _TIMED_SAMPLES = 40
 """Samples of each law that are run to tell how long the whole takes."""
@@ -89,9 +93,8 @@ def time_estimate(experiment: Experiment, samples: int, workers: int) -> float:
 
 
 def _require_counts(samples: int, workers: int) -> None:
-    for name, number in (("samples", samples), ("workers", workers)):
-        if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < 1:
-            raise ParameterError(f"{name} must be a whole number of at least 1, got {number!r}")
+    whole_number("samples", samples, 1, MAX_SAMPLES)
+    whole_number("workers", workers, 1, MAX_WORKERS)
 
 
 def _finer(experiment: Experiment, task: tuple[str, int, float, float | None]) -> tuple[str, int, Outcome]:

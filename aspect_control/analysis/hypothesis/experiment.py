@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...arm import Arm
-from ...checks import positive
+from ...checks import positive, whole_number
 from ...controllers import Controller
 from ...exceptions import (
     AspectBorderWarning,
@@ -104,8 +104,7 @@ class Experiment:
             UnknownNameError: If there is no law of a label.
             AspectControlError: If the scenario does not fit the robot.
         """
-        if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
-            raise ParameterError(f"seed must be a whole number of at least 0, got {seed!r}")
+        seed = whole_number("seed", seed, 0)
         if not isinstance(scenario.trajectory, LineSection):
             raise ScenarioError(
                 f"{name}: the trajectory is of kind {scenario.trajectory.kind!r}; straight lines are drawn after the "
@@ -120,7 +119,7 @@ class Experiment:
                 raise UnknownNameError(label, sections, context=name, kind="law")
         chosen = [sections[label] for label in (sections if laws is None else dict.fromkeys(laws))]
         described = Scenario.model_validate({**dict(scenario), "controllers": chosen})
-        experiment = cls(name, described, int(seed), positive("dt", dt, "s"))
+        experiment = cls(name, described, seed, positive("dt", dt, "s"))
         described.laws(experiment.arm)
         if experiment.own_line.task_dim != experiment.arm.task_dim:
             raise ShapeError(

@@ -591,8 +591,14 @@ def test_ctrl_c_ends_the_run_which_says_so_and_can_be_saved(whole, tmp_path, by)
 def test_a_real_signal_in_the_middle_of_a_sample_leaves_whole_samples():
     finer = simulate(law("jmdc"), A, q0=Q0, dt=1e-4)
     for delay in (0.01, 0.02, 0.05):
-        threading.Timer(delay, signal.raise_signal, [signal.SIGINT]).start()
-        run = simulate(law("jmdc"), A, q0=Q0, dt=1e-4)
+        timer = threading.Timer(delay, signal.raise_signal, [signal.SIGINT])
+
+        def start_at_the_first_sample(moment, timer=timer):
+            if moment.t == 0.0:
+                timer.start()
+
+        run = simulate(law("jmdc"), A, q0=Q0, dt=1e-4, watch=start_at_the_first_sample)
+        timer.join()
         assert run.status == "interrupted"
         assert_beginning_of(run, finer)
 

@@ -330,3 +330,27 @@ def test_what_cannot_be_shown_is_named_by_its_type():
 def test_what_is_no_coordinate_is_no_part_of_a_task(axis):
     with pytest.raises(TaskError, match="unknown task"):
         planar(task=["x", axis])
+
+
+@pytest.mark.parametrize("value", [3, None, "jmdc", controllers.Pseudoinverse])
+def test_a_run_is_of_a_law_and_a_trajectory(value):
+    arm = Arm.from_example("planar3r", frame="tool", task="xy")
+    law, line = controllers.Pseudoinverse(arm), StraightLine([0.1, 0.0], 0.1)
+    with pytest.raises(ParameterError, match="controller must be a Controller, got"):
+        simulate(value, line, q0=[0.3, 0.4, 0.5])
+    with pytest.raises(ParameterError, match="trajectory must be a Trajectory, got"):
+        simulate(law, value, q0=[0.3, 0.4, 0.5])
+
+
+@pytest.mark.parametrize("name", ["progress", "watch"])
+def test_what_is_called_is_a_function(name):
+    arm = Arm.from_example("planar3r", frame="tool", task="xy")
+    with pytest.raises(ParameterError, match=f"{name} must be a function or None, got 3"):
+        simulate(controllers.Pseudoinverse(arm), StraightLine([0.1, 0.0], 0.1), q0=[0.3, 0.4, 0.5], **{name: 3})
+
+
+def test_a_switching_is_a_name():
+    arm = Arm.from_example("planar3r", frame="tool", task="xy")
+    for bad in (np.zeros(2), [], None, "soft"):
+        with pytest.raises(UnknownNameError, match="unknown switching"):
+            controllers.ModifiedNullSpaceVector(arm, switching=bad)

@@ -7,7 +7,8 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from ..arm import Arm, ArmState
-from ..exceptions import NotResetError, UnknownNameError
+from ..checks import known_name
+from ..exceptions import NotResetError
 from ..redundancy import Array, brake_torque, dead_beat_torque, switched_torque
 from ..trajectories import Target
 from .base import TaskSpaceController
@@ -53,9 +54,7 @@ class ModifiedNullSpaceVector(TaskSpaceController):
             ParameterError: If a gain is negative.
         """
         super().__init__(arm, kp=kp, kv=kv)
-        if switching not in SWITCHINGS:
-            raise UnknownNameError(switching, SWITCHINGS, kind="switching")
-        self._switching = switching
+        self._switching = known_name(switching, SWITCHINGS, "switching")
 
     @property
     def switching(self) -> str:

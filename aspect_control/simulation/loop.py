@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..arm import Arm
 from ..checks import finite_vector, positive
 from ..controllers import Controller
-from ..exceptions import NonFiniteError, ParameterError, ShapeError
+from ..exceptions import NonFiniteError, ParameterError, ShapeError, shown
 from ..trajectories import Trajectory
 from .events import DEFAULT_EVENTS, Event, Moment, torque_limit
 from .integrators import Integrator, find_integrator
@@ -68,11 +68,16 @@ def simulate(
     Raises:
         ShapeError: If q0 or v0 has the wrong shape, or the trajectory another number of task coordinates than the arm.
         NonFiniteError: If q0 or v0 is not finite.
-        ParameterError: If the torque at the start is not finite, `events` are no events, or dt is not above zero,
-            longer than the motion, or so short that the recording would not fit.
+        ParameterError: If the torque at the start is not finite, dt is not above zero, longer than the motion, or so
+            short that the recording would not fit, or the law, the trajectory, an event or a callback is none.
         UnknownNameError: If there is no such integrator.
         KeyboardInterrupt: If the user's Ctrl-C comes before anything is recorded.
     """
+    _require_kind("controller", controller, Controller)
+    _require_kind("trajectory", trajectory, Trajectory)
+    for name, callback in (("progress", progress), ("watch", watch)):
+        if callback is not None and not callable(callback):
+            raise ParameterError(f"{name} must be a function or None, got {shown(callback)}")
     arm = controller.arm
     q = arm.checked_configuration(finite_vector("q0", q0, arm.nq))
     v = finite_vector("v0", v0, arm.nv) if v0 is not None else np.zeros(arm.nv)
@@ -173,6 +178,11 @@ def completed(run: Run) -> Run:
     if run.error is not None:
         raise run.error
     return run
+
+
+def _require_kind(name: str, value: object, kind: type) -> None:
+    if not isinstance(value, kind):
+        raise ParameterError(f"{name} must be a {kind.__name__}, got {shown(value)}")
 
 
 def _require_events(events: Sequence[Event], arm: Arm) -> None:

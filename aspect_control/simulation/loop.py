@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -95,7 +96,8 @@ def simulate(
     end = _End("finished", float(recorder.t[-1]))
     controller.reset(q, v, dt)
     try:
-        for i, t in enumerate(recorder.t.tolist()):
+        for i in range(samples):
+            t = recorder.t.item(i)
             target = trajectory.target(t, start, task)
             try:
                 tau = controller.torque(q, v, target)
@@ -106,16 +108,16 @@ def simulate(
             q, v = recorder.add(q, v, applied, target)
             moment = Moment(arm, t, q, v, read_only(tau), target)
             if watch is not None:
-                _call(watch, "watch", moment)
+                _call("watch", watch, moment)
             ended = _event_at(moment, events)
             if ended is not None:
                 end = ended
                 break
             q, v = method.step(plant, q, v, applied, dt)
             if progress is not None and (i + 1) % report_every == 0:
-                _call(progress, "progress", (i + 1) / samples)
+                _call("progress", progress, (i + 1) / samples)
         if progress is not None:
-            _call(progress, "progress", 1.0)
+            _call("progress", progress, 1.0)
     except _CallbackError as raised:
         end = _End("failed", recorder.last, str(raised), raised.error)
     except KeyboardInterrupt as error:
@@ -133,7 +135,7 @@ def simulate(
         integrator=method.name,
         status=end.status,
         message=end.message,
-        versions=versions(),
+        versions=dict(_versions()),
     )
     return recorder.run(info, end.error)
 
@@ -160,11 +162,14 @@ class _CallbackError(Exception):
         self.error = error
 
 
-def _call(callback: Callable[[Any], Any], name: str, argument: Any) -> Any:
+def _call(name: str, callback: Callable[[Any], None], argument: Any) -> None:
     try:
-        return callback(argument)
+        callback(argument)
     except Exception as error:
         raise _CallbackError(name, error) from error
+
+
+_versions = cache(versions)
 
 
 def completed(run: Run) -> Run:
@@ -195,7 +200,10 @@ def _require_events(events: Sequence[Event], arm: Arm) -> None:
 def _event_at(moment: Moment, events: Sequence[Event]) -> _End | None:
     """Return the end that the first event brings about, if one does."""
     for event in events:
-        reason = _call(event.check, type(event).__name__, moment)
+        try:
+            reason = event.check(moment)
+        except Exception as error:
+            raise _CallbackError(type(event).__name__, error) from error
         if reason is not None:
             return _End(event.status, moment.t, reason)
     return None

@@ -7,10 +7,12 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from .. import controllers
 from ..arm import Arm, ArmState
 from ..redundancy import Array
 from ..resources import model_path
-from ..trajectories import Target
+from ..simulation import simulate
+from ..trajectories import StraightLine, Target
 
 STATES = 16
 """Random states that a call goes round."""
@@ -58,3 +60,13 @@ def samples(arm: Arm, count: int = STATES) -> list[Sample]:
         target = Target(arm.task_position(q), rng.uniform(-0.1, 0.1, m), rng.uniform(-0.1, 0.1, m))
         found.append(Sample(q, v, target, arm.state(q, v)))
     return found
+
+
+def motion(arm: Arm) -> list[Sample]:
+    """Return every sample of a straight line of 0.25 s of Panda at 1 kHz, under the law with damped self-motion."""
+    q0 = arm.configuration([0.3, 0.4, 0.2, -1.8, 0.1, 1.9, 0.5])
+    run = simulate(controllers.create("damped-null-space", arm), StraightLine([0.1, 0.1, 0.1], 0.25), q0=q0)
+    return [
+        Sample(q, v, Target(*desired), arm.state(q, v))
+        for q, v, *desired in zip(run.q, run.v, run.x_desired, run.dx_desired, run.ddx_desired, strict=True)
+    ]

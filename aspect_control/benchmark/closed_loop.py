@@ -1,4 +1,4 @@
-"""Row group 6: a closed-loop run at 1 kHz with RK4, and where its time goes."""
+"""A closed-loop run at 1 kHz with RK4, and where its time goes."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from ..simulation import RungeKutta4, simulate
 from ..simulation.plant import Plant
 from ..trajectories import StraightLine
 from . import literal
+from .arms import Sample
+from .floor import floor
 from .timing import Call, Row, in_turn
 
 SIMULATED = 1.0
@@ -30,6 +32,7 @@ def _run_of(name: str, arm: Arm, rounds: int) -> list[Row]:
     target, model, data = line.target(0.3, start, arm.coordinates), arm.model, arm.model.createData()
     law, timed = controllers.create(name, arm), controllers.create(name, arm)
     timed.reset(q0, v0, literal.DT)
+    bare, sample = floor(arm), Sample(q0, v0, target, arm.state(q0, v0))
     plant, method, tau = Plant(arm), RungeKutta4(), timed.torque(q0, v0, target)
 
     def run() -> float:
@@ -43,6 +46,7 @@ def _run_of(name: str, arm: Arm, rounds: int) -> list[Row]:
         "four ABA calls": lambda: [pin.aba(model, data, q0, v0, tau) for _ in range(4)],
         "RK4 step, its four ABA calls included": lambda: method.step(plant, q0, v0, tau, literal.DT),
         "target": lambda: line.target(0.3, start, arm.coordinates),
+        "floor": lambda: bare(sample),
     }
     seconds = in_turn(calls, rounds)
     base, of = seconds["tick"] + seconds["four ABA calls"], "tick + four ABA calls"

@@ -1,4 +1,4 @@
-"""Row group 1: the pieces of the laws, by several libraries, and how their cost grows."""
+"""The pieces of the laws, by several libraries, and how their cost grows."""
 
 from __future__ import annotations
 

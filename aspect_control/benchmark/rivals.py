@@ -1,4 +1,4 @@
-"""Row group 4: other packages on the same arm, task and machine, where they are installed."""
+"""Other packages on the same arm, task and machine, where they are installed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
@@ -26,39 +26,36 @@ TICKS = 200
 """Ticks that PlaCo's process makes in one round."""
 
 
-def rivals(arm: Arm, rounds: int, placo_python: Path | None) -> tuple[list[Row], list[str]]:
-    """Time Pink and PlaCo beside the laws.
+def rivals(arm: Arm, rounds: int, placo_python: Path | None, *, laws: Sequence[str], with_pink: bool) -> list[Row]:
+    """Time the laws beside PlaCo and Pink, where they are installed.
 
     Args:
         arm: Panda with the position of its tool as the task.
         rounds: Number of rounds.
         placo_python: A Python that has PlaCo, if not this one.
-
-    Returns:
-        The rows, and the names of the packages that are not installed.
+        laws: Names of the laws.
+        with_pink: Whether to time Pink.
 
     Raises:
         ParameterError: If `placo_python` does not run PlaCo.
     """
     samples = arms.samples(arm)
-    calls = {
-        "floor": around(floor(arm), samples),
-        "pseudoinverse": tick("pseudoinverse", arm, samples),
-        "null-space-vector": tick("null-space-vector", arm, samples),
-        "jmdc": tick("jmdc", arm, samples),
-    }
-    missing, notes = [], {"Pink solve_ik": "velocities, not torques"}
-    if find_spec("pink") is not None:
+    calls = {"floor": around(floor(arm), samples), **{name: tick(name, arm, samples) for name in laws}}
+    notes = {"Pink solve_ik": "velocities, not torques"}
+    if with_pink and find_spec("pink") is not None:
         calls["Pink solve_ik"] = _pink(arm)
-    else:
-        missing.append("pin-pink")
     if placo_python is None and find_spec("placo") is None:
-        missing.append("placo")
-        return _rows(calls, rounds, notes), missing
+        return _rows(calls, rounds, notes)
     with _placo(arm, str(placo_python or sys.executable)) as placo_tick:
         calls["PlaCo DynamicsSolver"] = placo_tick
         notes["PlaCo DynamicsSolver"] = "in C++, a process of its own"
-        return _rows(calls, rounds, notes), missing
+        return _rows(calls, rounds, notes)
+
+
+def rivals_not_installed(placo_python: Path | None) -> list[str]:
+    """Return the names of the packages that are not installed."""
+    names = {"pink": "pin-pink", **({"placo": "placo"} if placo_python is None else {})}
+    return [package for module, package in names.items() if find_spec(module) is None]
 
 
 def _rows(calls: dict[str, Call], rounds: int, notes: dict[str, str]) -> list[Row]:

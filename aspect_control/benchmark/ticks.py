@@ -1,14 +1,18 @@
-"""Row groups 2 and 3: whole control ticks, literal and this project's, beside the floor; many minors beside theirs."""
+"""Whole control ticks, literal and this project's, beside the floor; many minors beside theirs.
+
+What is timed is what runs at the time of the call: plain NumPy or, after `compile_kernels`, compiled.
+"""
 
 from __future__ import annotations
 
 from .. import controllers
 from ..arm import Arm
+from ..controllers import Controller
 from ..redundancy.gradients import expanded_gradient, laplace_expansion
 from . import arms, literal
 from .arms import Sample
 from .floor import floor
-from .timing import Call, Row, around, in_turn
+from .timing import Call, EveryTick, Motion, Row, around, every_tick, in_turn
 
 
 def tick(name: str, arm: Arm, samples: list[Sample]) -> Call:
@@ -18,22 +22,49 @@ def tick(name: str, arm: Arm, samples: list[Sample]) -> Call:
     return around(lambda sample: law.torque(sample.q, sample.v, sample.target), samples)
 
 
-def ticks(name: str, arm: Arm, rounds: int) -> list[Row]:
-    """Time one tick of every closed-form law on one arm, literal and this project's."""
+def ticks(name: str, arm: Arm, rounds: int, *, with_literal: bool) -> list[Row]:
+    """Time one tick of every closed-form law on one arm.
+
+    Args:
+        name: Name of the arm.
+        arm: The arm.
+        rounds: Number of rounds.
+        with_literal: Whether to time the equations as printed, too, which are never compiled.
+    """
     samples = arms.samples(arm)
     calls = {"floor": around(floor(arm), samples)}
     notes = {"floor": "M, N, J, J̇θ̇, x by Pinocchio"}
     for law, (equations, as_printed, here) in literal.LAWS.items():
+        calls[law], notes[law] = tick(law, arm, samples), _pseudoinverses(here)
+        if with_literal:
 
-        def as_in_the_paper(sample: Sample, equations=equations) -> object:  # type: ignore[no-untyped-def]
-            return equations(arm, arm.state(sample.q, sample.v), sample.target)
+            def as_in_the_paper(sample: Sample, equations=equations) -> object:  # type: ignore[no-untyped-def]
+                return equations(arm, arm.state(sample.q, sample.v), sample.target)
 
-        calls[law] = tick(law, arm, samples)
-        calls[f"{law}, literal"] = around(as_in_the_paper, samples)
-        notes[law], notes[f"{law}, literal"] = _pseudoinverses(here), _pseudoinverses(as_printed)
+            calls[f"{law}, literal"] = around(as_in_the_paper, samples)
+            notes[f"{law}, literal"] = _pseudoinverses(as_printed)
     calls["resolved-motion"] = tick("resolved-motion", arm, samples)
     seconds = in_turn(calls, rounds)
     return [Row(f"{name}: tick", each, seconds[each], seconds["floor"], "floor", notes.get(each, "")) for each in calls]
+
+
+def every_tick_of_a_motion(arm: Arm, least: int) -> list[EveryTick]:
+    """Time every tick of a motion of Panda under every registered law.
+
+    Args:
+        arm: Panda with the position of its tool as the task.
+        least: The least number of ticks of each law.
+    """
+    samples = arms.motion(arm)
+    calls = {"floor": Motion(floor(arm))}
+    calls |= {name: _in_order(controllers.create(name, arm), samples[0]) for name in controllers.available()}
+    return every_tick("Panda, xyz: every tick of a motion", calls, samples, least)
+
+
+def _in_order(law: Controller, first: Sample) -> Motion:
+    return Motion(
+        lambda sample: law.torque(sample.q, sample.v, sample.target), lambda: law.reset(first.q, first.v, literal.DT)
+    )
 
 
 def many_minors(rounds: int) -> list[Row]:

@@ -5,9 +5,10 @@ Wall time; the median of the rounds leaves out those in which the machine did so
 
 from __future__ import annotations
 
+import gc
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -21,6 +22,12 @@ BATCH = 1e-3
 
 WARM = 0.25
 """Part of the repetitions that is not timed before each batch: the call before has taken up the caches."""
+
+NUMPY, COMPILED = "NumPy", "compiled"
+"""How the laws ran: as they stand, or after `compile_kernels`."""
+
+PERCENTILES = {"99th percentile": 99.0, "99.9th percentile": 99.9, "maximum": 100.0}
+"""What is told of all ticks of a motion besides the median."""
 
 Call = Callable[[], Any]
 
@@ -66,6 +73,60 @@ class Row:
         }
 
 
+class EveryTick(Row):
+    """A row of every tick of a motion, each timed by itself, in units of the median of the floor in the same pass."""
+
+    @property
+    def percentiles(self) -> dict[str, float]:
+        """The `PERCENTILES` of the ratios, by name."""
+        ratios = np.percentile(self.seconds / self.base, list(PERCENTILES.values()))
+        return dict(zip(PERCENTILES, ratios.tolist(), strict=True))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the row as `Row` does, with the percentiles and the number of ticks."""
+        return {**super().to_dict(), **self.percentiles, "ticks": len(self.seconds)}
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What is called at every sample of a motion.
+
+    Attributes:
+        tick: Called with each sample, in order.
+        begin: Called before the first sample of each pass, such as with the `reset` of a law.
+    """
+
+    tick: Callable[[Any], Any]
+    begin: Call = lambda: None
+
+
+def every_tick(group: str, calls: Mapping[str, Motion], samples: Sequence[Any], least: int) -> list[EveryTick]:
+    """Time every tick of a motion by itself: a control loop lives by its worst one.
+
+    The motion is gone through in order, again and again; in each pass the calls take turns. Before its pass a call goes
+    through the beginning of the motion untimed, for the one before has taken up the caches. Garbage is not collected
+    meanwhile, as in a loop on a robot.
+
+    Args:
+        group: Name of the group of rows.
+        calls: Calls by name, `"floor"` among them, the unit.
+        samples: Samples of the motion.
+        least: The least number of ticks of each call.
+
+    Returns:
+        A row a call.
+    """
+    passes = math.ceil(least / len(samples))
+    seconds: dict[str, list[Array]] = {name: [] for name in calls}
+    with _no_garbage_collected():
+        for _ in range(passes):
+            for name, call in calls.items():
+                _times(call, samples[: math.ceil(WARM * len(samples))])
+                seconds[name].append(_times(call, samples))
+    unit = np.repeat([np.median(each) for each in seconds["floor"]], len(samples))
+    return [EveryTick(group, name, np.concatenate(seconds[name]), unit, "median floor") for name in calls]
+
+
 def in_turn(calls: Mapping[str, Call], rounds: int) -> dict[str, Array]:
     """Time calls in turn.
 
@@ -105,6 +166,30 @@ def _time(call: Call, repeats: int) -> float:
     for _ in range(repeats):
         call()
     return (time.perf_counter() - begin) / repeats
+
+
+def _times(call: Motion, samples: Sequence[Any]) -> Array:
+    clock, tick, seconds = time.perf_counter, call.tick, np.empty(len(samples))
+    call.begin()
+    for i, sample in enumerate(samples):
+        begin = clock()
+        tick(sample)
+        seconds[i] = clock() - begin
+    return seconds
+
+
+@contextmanager
+def _no_garbage_collected() -> Iterator[None]:
+    was_enabled = gc.isenabled()
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
+        if was_enabled:
+            gc.enable()
 
 
 def _repeats(call: Call) -> int:

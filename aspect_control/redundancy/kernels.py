@@ -45,6 +45,10 @@ def compile_kernels() -> None:
     Raises:
         ImportError: If Numba is not installed.
     """
+    try:
+        import numba  # noqa: F401
+    except ImportError as error:
+        raise ImportError("compile_kernels needs Numba: pip install 'aspect-control[fast]'") from error
     for each in _KERNELS:
         each.compile()
 

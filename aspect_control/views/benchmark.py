@@ -7,12 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from ..benchmark import Row, Verdict
+from ..benchmark import EveryTick, Row, Verdict
+from ..benchmark.timing import COMPILED, NUMPY, PERCENTILES
 from .style import COLOURS, style
+
+EVERY_TICK_HEADER = ("every tick", "", "median", *PERCENTILES, "ticks")
+"""What the cells of `every_tick_table` are; times are ratios to the median floor."""
 
 
 def benchmark_figure(rows: Sequence[Row]) -> Any:
-    """Draw the ticks of Panda beside the floor, and how the pieces grow with the arm.
+    """Draw the ticks of Panda beside the floor, and how the pieces grow with the arm; of what was measured.
 
     Args:
         rows: The rows of `benchmark.benchmark`.
@@ -25,7 +29,7 @@ def benchmark_figure(rows: Sequence[Row]) -> Any:
     with style():
         figure = Figure(figsize=(10.0, 7.5), layout="constrained")
         left, right = figure.subplots(1, 2)
-        _draw_ticks(left, [row for row in rows if row.group == "Panda, xyz: tick"])
+        _draw_ticks(left, rows)
         _draw_growth(right, rows)
         return figure
 
@@ -33,17 +37,18 @@ def benchmark_figure(rows: Sequence[Row]) -> Any:
 def benchmark_report(
     rows: Sequence[Row], judged: Sequence[Verdict], missing: Sequence[str], machine: Mapping[str, Any]
 ) -> str:
-    """Write the benchmark as Markdown: the machine, the targets and every row, ratios first.
+    """Write the benchmark as Markdown: the machine, the targets, every tick of motions, and every row, ratios first.
 
     Args:
         rows: The rows of `benchmark.benchmark`.
         judged: What `benchmark.verdicts` makes of them.
-        missing: Rivals that are not installed.
+        missing: Packages and solvers that are not installed.
         machine: What `benchmark.machine` says.
     """
     versions = ", ".join(f"{name} {number}" for name, number in machine["versions"].items())
     words = {True: "met", False: "**missed**", None: "not measured"}
-    counts = [len(row.seconds) for row in rows]
+    motions, others = every_tick_table(rows), [row for row in rows if not isinstance(row, EveryTick)]
+    counts = [len(row.seconds) for row in others]
     most, fewest = max(counts), min(counts)
     lines = [
         "# Cost, measured",
@@ -58,8 +63,10 @@ def benchmark_report(
     for each in judged:
         measured = "" if each.measured is None else f"{each.measured:.2f}"
         lines.append(f"| {each.target} | {measured} | {words[each.met]} |")
+    lines += ["", f"| {' | '.join(EVERY_TICK_HEADER)} |", "| --- | --- | --- | --- | --- | --- | --- |"]
+    lines += [f"| {' | '.join(cells)} |" for cells in motions]
     lines += ["", "| what | | ratio | quartiles | of | µs | |", "| --- | --- | --- | --- | --- | --- | --- |"]
-    for row in rows:
+    for row in others:
         values = row.to_dict()
         low, high = values["ratio_quartiles"]
         lines.append(
@@ -69,16 +76,38 @@ def benchmark_report(
     return "\n".join(lines) + "\n"
 
 
+def every_tick_table(rows: Sequence[Row]) -> list[tuple[str, ...]]:
+    """Return the rows of which every tick was timed as cells under `EVERY_TICK_HEADER`."""
+    return [
+        (
+            row.group,
+            row.name,
+            *(f"{value:.2f}" for value in (row.ratio, *row.percentiles.values())),
+            f"{len(row.seconds):,}",
+        )
+        for row in rows
+        if isinstance(row, EveryTick)
+    ]
+
+
 def _draw_ticks(axes: Any, rows: Sequence[Row]) -> None:
-    literal = {row.name.removesuffix(", literal"): row.ratio for row in rows if row.name.endswith("literal")}
-    names = list(literal)
-    here = {row.name: row for row in rows}
+    measured = {(row.group, row.name): row for row in rows}
+    names = [name.removesuffix(", literal") for _, name in measured if name.endswith(", literal")]
+    names = list(dict.fromkeys(names))
+    bars = [
+        ("literal, numpy.linalg.pinv", NUMPY, ", literal", COLOURS[1]),
+        ("aspect-control, NumPy", NUMPY, "", COLOURS[2]),
+        ("aspect-control, compiled", COMPILED, "", COLOURS[0]),
+    ]
     y = np.arange(len(names))
-    quartiles = np.array([np.quantile(here[n].seconds / here[n].base, (0.25, 0.75)) for n in names]).reshape(-1, 2)
-    middle = np.array([here[name].ratio for name in names])
-    axes.barh(y - 0.2, list(literal.values()), 0.38, color=COLOURS[1], label="literal, numpy.linalg.pinv")
-    spread = np.abs(quartiles.T - middle)
-    axes.barh(y + 0.2, middle, 0.38, xerr=spread, color=COLOURS[0], label="aspect-control")
+    for i, (label, mode, suffix, colour) in enumerate(bars):
+        rows_shown = [measured.get((f"Panda, xyz: tick, {mode}", f"{name}{suffix}")) for name in names]
+        ratios = [np.quantile(row.seconds / row.base, (0.25, 0.5, 0.75)) for row in rows_shown if row is not None]
+        if len(ratios) < len(names) or not names:
+            continue
+        low, middle, high = np.transpose(ratios)
+        spread = (middle - low, high - middle)
+        axes.barh(y + 0.28 * (i - 1), middle, 0.26, xerr=spread, color=colour, label=label)
     axes.axvline(1.0, color="black", linewidth=1.0)
     axes.set_xscale("log")
     axes.set_yticks(y, names)

@@ -16,8 +16,9 @@ from rich.table import Table
 
 from ..analysis.section4 import AGREES, Claim
 from ..aspects import SelfMotion, Start, growth
-from ..benchmark import Row, Verdict
+from ..benchmark import EveryTick, Row, Verdict
 from ..exceptions import ParameterError
+from .benchmark import EVERY_TICK_HEADER, every_tick_table
 
 LONG = 1800.0
 """From how long on work is begun only with `--yes`, s."""
@@ -105,12 +106,13 @@ def show_claims(claims: Sequence[Claim]) -> None:
 
 
 def show_benchmark(rows: Sequence[Row], judged: Sequence[Verdict], missing: Sequence[str]) -> None:
-    """Print the rows of the benchmark, ratios first, and then which targets are met."""
+    """Print the rows of the benchmark, ratios first, then every tick of motions, and then which targets are met."""
+    others = [row for row in rows if not isinstance(row, EveryTick)]
     show_table(
         ("what", "", "ratio", "quartiles", "of", "µs", ""),
         [
             (
-                "" if i > 0 and rows[i - 1].group == row.group else row.group,
+                "" if i > 0 and others[i - 1].group == row.group else row.group,
                 row.name,
                 f"{values['ratio']:.2f}",
                 "{:.2f}–{:.2f}".format(*values["ratio_quartiles"]),
@@ -118,10 +120,11 @@ def show_benchmark(rows: Sequence[Row], judged: Sequence[Verdict], missing: Sequ
                 f"{values['microseconds']:,.1f}",
                 row.note,
             )
-            for i, row in enumerate(rows)
+            for i, row in enumerate(others)
             for values in [row.to_dict()]
         ],
     )
+    show_table(EVERY_TICK_HEADER, every_tick_table(rows))
     words = {True: "met", False: "missed", None: "not measured"}
     show_table(
         ("target", "measured", ""),

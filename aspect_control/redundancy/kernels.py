@@ -134,8 +134,8 @@ def _converted(value: Any, kind: str) -> Any:
 def _cache_folder() -> Path | None:
     """Return where machine code of this text is kept; None if nothing can be written there.
 
-    Numba looks at the file of a function, not at those of the functions that it calls: the folder is named after the
-    code of all kernels, without their docstrings.
+    Numba looks at the file of a function, not at those of the functions that it calls or of the constants that it takes
+    from elsewhere: the folder is named after the code of all kernels, without their docstrings, and those constants.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     users = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or Path.home() / ".cache"
@@ -150,10 +150,11 @@ def _cache_folder() -> Path | None:
 def _code_of_all_kernels() -> str:
     digest = hashlib.sha256()
     for each in _KERNELS:
-        digest.update(repr(_code(each.text.__code__, each.text.__doc__)).encode())
+        digest.update(repr(_code(each.text.__code__, each.text.__doc__, each.text.__globals__)).encode())
     return digest.hexdigest()[:16]
 
 
-def _code(code: CodeType, docstring: str | None) -> tuple[Any, ...]:
-    constants = [_code(each, None) if isinstance(each, CodeType) else each for each in code.co_consts]
-    return code.co_name, code.co_code, code.co_names, [each for each in constants if each != docstring]
+def _code(code: CodeType, docstring: str | None, known: dict[str, Any]) -> tuple[Any, ...]:
+    constants = [_code(each, None, known) if isinstance(each, CodeType) else each for each in code.co_consts]
+    named = [(name, known[name]) for name in code.co_names if isinstance(known.get(name), (int, float, str, tuple))]
+    return code.co_name, code.co_code, code.co_names, named, [each for each in constants if each != docstring]

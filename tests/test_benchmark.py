@@ -2,6 +2,7 @@
 
 import gc
 import json
+import os
 import subprocess
 import sys
 from importlib.util import find_spec
@@ -82,7 +83,7 @@ def test_every_tick_of_a_motion_is_timed_in_order(clock):
     np.testing.assert_allclose(floor.base, 1e-4, rtol=1e-6)
     assert law.ratio == pytest.approx(1.0)
     # Of 100 ticks 5 take 51 floors and 5 take 21.
-    assert law.percentiles["maximum"] == law.percentiles["99th percentile"] == pytest.approx(51.0)
+    assert list(law.percentiles.values()) == pytest.approx([51.0, 51.0, 51.0])
     assert law.to_dict()["ticks"] == 100
     assert law.to_dict()["maximum"] == pytest.approx(51.0)
 
@@ -120,9 +121,6 @@ def test_a_row_a_law():
     assert {row.name for row in rows} == names | {f"{law}, literal" for law in literal.LAWS}
     assert all(np.isfinite(row.seconds).all() and (row.seconds > 0.0).all() for row in rows)
     assert {row.name for row in ticks("Panda, xyz", arms.panda(), 3, with_literal=False)} == names
-    # A wide margin, on purpose: this is no measurement of speed, and a busy machine must not fail it.
-    found = {row.name: row for row in rows}
-    assert found["jmdc, literal"].ratio > found["jmdc"].ratio > 1.0
 
 
 def test_every_tick_of_every_law():
@@ -187,7 +185,17 @@ def test_verdicts_hold_rows_against_the_targets_of_their_mode():
 
 def test_nothing_measured_is_neither_met_nor_missed():
     assert all(each.met is None for each in verdicts([]))
-    assert benchmark_figure([]).axes
+
+
+def test_the_figure_shows_what_was_measured():
+    numpys = [row(f"Panda, xyz: tick, {NUMPY}", name, 2.0) for name in ("floor", "jmdc", "jmdc, literal")]
+    (ticks_alone,) = benchmark_figure(numpys).axes
+    assert len(ticks_alone.patches) == 2
+    compiled = [row(each.group.replace(NUMPY, COMPILED), each.name, 1.0) for each in numpys[:2]]
+    grown = [row(f"{arm}: J⁺, {COMPILED}", "numpy pinv", 1.0) for arm in ("Panda, xyz", "chain of 30, xyz")]
+    both, growth = benchmark_figure([*numpys, *compiled, *grown]).axes
+    assert len(both.patches) == 3
+    assert [len(line.get_xdata()) for line in growth.lines][:2] == [2, 0]
 
 
 def test_the_report_has_a_table_of_every_tick():
@@ -241,7 +249,8 @@ from aspect_control.cli import main
 sys.argv = ["aspect-control", "bench", "--rounds", "3", "--out", {str(tmp_path)!r}]
 main()
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    wide = {**os.environ, "COLUMNS": "250"}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=wide)
     assert done.returncode == 0, done.stderr
     document = json.loads((tmp_path / "bench.json").read_text())
     assert ("numba" in document["not_installed"]) != has_numba
@@ -254,8 +263,3 @@ main()
     assert (tmp_path / "bench.png").stat().st_size > 10_000
     assert "99.9th percentile" in (tmp_path / "bench.md").read_text()
     assert "99.9th percentile" in done.stdout
-    # A wide margin, on purpose.
-    times = {(each["group"], each["name"]): each["ratio"] for each in document["rows"]}
-    if has_numba:
-        group = "Panda, xyz: tick"
-        assert times[f"{group}, {COMPILED}", "jmdc"] < times[f"{group}, {NUMPY}", "jmdc"]

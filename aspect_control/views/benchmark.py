@@ -16,7 +16,7 @@ EVERY_TICK_HEADER = ("every tick", "", "median", *PERCENTILES, "ticks")
 
 
 def benchmark_figure(rows: Sequence[Row]) -> Any:
-    """Draw the ticks of Panda beside the floor, and how the pieces grow with the arm; of what was measured.
+    """Draw the ticks of Panda beside the floor and, where they were timed, how the pieces grow with the arm.
 
     Args:
         rows: The rows of `benchmark.benchmark`.
@@ -27,10 +27,12 @@ def benchmark_figure(rows: Sequence[Row]) -> Any:
     from matplotlib.figure import Figure
 
     with style():
-        figure = Figure(figsize=(10.0, 7.5), layout="constrained")
-        left, right = figure.subplots(1, 2)
+        pieces_were_timed = any(row.group.startswith("chain of 30, xyz: ") for row in rows)
+        figure = Figure(figsize=(10.0 if pieces_were_timed else 6.0, 7.5), layout="constrained")
+        left, *right = figure.subplots(1, 2 if pieces_were_timed else 1, squeeze=False)[0]
         _draw_ticks(left, rows)
-        _draw_growth(right, rows)
+        for axes in right:
+            _draw_growth(axes, rows)
         return figure
 
 

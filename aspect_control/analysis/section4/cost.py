@@ -33,8 +33,8 @@ def cost_claims(r: Reproduction) -> list[Claim]:
             f"a tick of the modified method, {mode}, takes {ratio:.2f} times a tick of JMDC "
             f"(median of {ROUNDS} rounds in turn, {low:.2f} to {high:.2f})",
             AGREES if low > 1.0 else DIFFERS if high < 1.0 else PARTLY,
-            "minimum torque needs no projector and no n × n pseudoinverse, while JMDC pays for the gradient of the minor "
-            "measure",
+            "minimum torque needs no projector and no n × n pseudoinverse, while JMDC pays for the gradient of the "
+            "minor measure",
         )
     ]
 

@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 from importlib.util import find_spec
-from pathlib import Path
 
 import kernel_checks
 import numpy as np
@@ -263,6 +262,21 @@ print(pseudoinverse.is_compiled, pseudoinverse(np.array([[3.0, 4.0]])).ravel().r
     assert done.stdout.strip() == "True [0.12, 0.16]", done.stderr
 
 
+@needs_numba
+def test_kernels_of_a_module_that_is_imported_later_are_compiled_too(tmp_path):
+    (tmp_path / "constants.py").write_text("FACTOR = 4.0\n")
+    (tmp_path / "law.py").write_text(LAW.format(code="FACTOR * nle", docstring="A law."))
+    code = """
+from aspect_control.redundancy import compile_kernels, kernels_compiled
+compile_kernels()
+import aspect_control.controllers, law, numpy as np
+print(kernels_compiled(), law.torque.is_compiled, law.torque(np.ones(2)).tolist())
+"""
+    paths = os.pathsep.join(filter(None, [str(tmp_path), os.environ.get("PYTHONPATH")]))
+    done = run_python(code, PYTHONPATH=paths)
+    assert done.stdout.strip() == "True True [4.0, 4.0]", done.stderr
+
+
 LAW = '''
 from aspect_control.redundancy.kernels import kernel
 from constants import FACTOR
@@ -272,6 +286,13 @@ def torque(nle: "Vector") -> "Vector":
     """{docstring}"""
     return {code}
 '''
+TWICE = """
+from aspect_control.redundancy.kernels import kernel
+
+@kernel
+def FACTOR(x: "Vector") -> "Vector":
+    return {factor} * x
+"""
 
 
 @needs_numba
@@ -279,22 +300,25 @@ def test_machine_code_is_kept_for_the_code_and_not_for_its_docstring(tmp_path):
     place, kept = tmp_path / "package", tmp_path / "kept"
     place.mkdir()
 
-    def run(code, factor=3.0, docstring="A law."):
-        (place / "law.py").write_text(LAW.format(code=code, docstring=docstring))
-        (place / "constants.py").write_text(f"FACTOR = {factor}\n")
+    def run(code, constants="FACTOR = 3.0", docstring="A law."):
+        for name, text in (("law.py", LAW.format(code=code, docstring=docstring)), ("constants.py", constants)):
+            if not (place / name).exists() or (place / name).read_text() != text:
+                (place / name).write_text(text)
         text = "import numpy as np, law; law.torque.compile(); print(law.torque(np.ones(2)).tolist())"
         paths = os.pathsep.join(filter(None, [str(place), os.environ.get("PYTHONPATH")]))
-        done = run_python(text, PYTHONPATH=paths, NUMBA_CACHE_DIR=str(kept))
+        done = run_python(text, PYTHONPATH=paths, NUMBA_CACHE_DIR=str(kept), PYTHONDONTWRITEBYTECODE="1")
         assert done.returncode == 0, done.stderr
         return done.stdout.strip(), {path.name for path in kept.iterdir()}
 
     result, first = run("2.0 * nle")
     assert (result, len(first)) == ("[2.0, 2.0]", 1)
+    assert any(kept.rglob("*.nbi"))
     assert run("2.0 * nle", docstring="The same law, in better words.") == ("[2.0, 2.0]", first)
     result, second = run("FACTOR * nle")
     assert (result, len(second)) == ("[3.0, 3.0]", 2)
-    # Numba looks neither at the files of what a kernel imports nor at the numbers that stand there.
-    result, third = run("FACTOR * nle", factor=5.0)
+    # Numba looks neither at the file that a number comes from nor at that of a kernel which is called.
+    result, third = run("FACTOR * nle", "FACTOR = 5.0")
     assert (result, len(third)) == ("[5.0, 5.0]", 3)
-    assert run("FACTOR * nle", factor=5.0) == (result, third)
-    assert any(Path(kept, name).rglob("*.nbi") for name in third)
+    assert run("FACTOR * nle", "FACTOR = 5.0") == (result, third)
+    assert run("FACTOR(nle)", TWICE.format(factor=2))[0] == "[2.0, 2.0]"
+    assert run("FACTOR(nle)", TWICE.format(factor=7))[0] == "[7.0, 7.0]"

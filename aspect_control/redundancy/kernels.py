@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable
-from functools import cache, update_wrapper
+from functools import update_wrapper
 from inspect import signature
 from pathlib import Path
 from types import CodeType
@@ -25,13 +25,16 @@ def kernel(function: F) -> F:
     """Mark a function of arrays and numbers as one that `compile_kernels` compiles.
 
     Its arguments are annotated as `Vector`, `Matrix`, `Tensor`, `Table`, `float` or `int`, which fixes the types that
-    it is compiled for: no call compiles anything. It runs as it stands until then.
+    it is compiled for: no call compiles anything. It runs as it stands until then; one of a module that is imported
+    after `compile_kernels` is compiled at once.
 
     Args:
-        function: The function, of what Numba's nopython mode knows; it may call other kernels.
+        function: The function, of what Numba's nopython mode knows; it may call other kernels that stand above it.
     """
-    made = Kernel(function)
+    made, was_asked_for = Kernel(function), bool(_KERNELS) and kernels_compiled()
     _KERNELS.append(made)
+    if was_asked_for:
+        made.compile()
     return cast(F, made)
 
 
@@ -40,7 +43,7 @@ def compile_kernels() -> None:
 
     A control tick then takes a third of the time. Torques agree with those of NumPy to rounding, not to the last bit.
     The first call on a machine takes about half a minute; the machine code is kept in the user's cache folder, or in
-    `NUMBA_CACHE_DIR`, and later calls load it in a few seconds. Another process asks for itself.
+    `NUMBA_CACHE_DIR`, and later calls load it in about a second. Another process asks for itself.
 
     Raises:
         ImportError: If Numba is not installed.
@@ -105,7 +108,7 @@ def _compiled(function: Callable[..., Any]) -> Any:
 
     kinds = [kind for name, kind in function.__annotations__.items() if name != "return"]
     config: Any = numba.config
-    users, folder = config.CACHE_DIR, _cache_folder()
+    users, folder = config.CACHE_DIR, _cache_folder(function)
     config.CACHE_DIR = str(folder or "")
     try:
         decorate = numba.njit([tuple(map(_numba_type, kinds))], cache=folder is not None, error_model="numpy")
@@ -130,16 +133,15 @@ def _converted(value: Any, kind: str) -> Any:
     return float(value) if kind == "float" else int(value)
 
 
-@cache
-def _cache_folder() -> Path | None:
-    """Return where machine code of this text is kept; None if nothing can be written there.
+def _cache_folder(function: Callable[..., Any]) -> Path | None:
+    """Return where machine code of a function is kept; None if nothing can be written there.
 
     Numba looks at the file of a function, not at those of the functions that it calls or of the constants that it takes
-    from elsewhere: the folder is named after the code of all kernels, without their docstrings, and those constants.
+    from elsewhere: the folder is named after the code of all of them, without docstrings.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     users = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or Path.home() / ".cache"
-    folder = Path(chosen or Path(users) / "aspect-control") / f"kernels-{_code_of_all_kernels()}"
+    folder = Path(chosen or Path(users) / "aspect-control") / f"kernel-{_digest(function)}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:
@@ -147,14 +149,17 @@ def _cache_folder() -> Path | None:
     return folder if os.access(folder, os.W_OK) else None
 
 
-def _code_of_all_kernels() -> str:
-    digest = hashlib.sha256()
-    for each in _KERNELS:
-        digest.update(repr(_code(each.text.__code__, each.text.__doc__, each.text.__globals__)).encode())
-    return digest.hexdigest()[:16]
+def _digest(function: Callable[..., Any]) -> str:
+    return hashlib.sha256(repr(_meaning(function)).encode()).hexdigest()[:16]
+
+
+def _meaning(function: Any) -> tuple[Any, ...]:
+    """Return the code of a function, with that of the kernels that it calls and the constants that it takes."""
+    return _code(function.__code__, function.__doc__, function.__globals__)
 
 
 def _code(code: CodeType, docstring: str | None, known: dict[str, Any]) -> tuple[Any, ...]:
     constants = [_code(each, None, known) if isinstance(each, CodeType) else each for each in code.co_consts]
     named = [(name, known[name]) for name in code.co_names if isinstance(known.get(name), (int, float, str, tuple))]
-    return code.co_name, code.co_code, code.co_names, named, [each for each in constants if each != docstring]
+    called = [_meaning(known[name].text) for name in code.co_names if isinstance(known.get(name), Kernel)]
+    return code.co_name, code.co_code, code.co_names, named, called, [each for each in constants if each != docstring]

@@ -41,9 +41,9 @@ def kernel(function: F) -> F:
 def compile_kernels() -> None:
     """Compile every kernel of this process by Numba, the extra `fast`, from the text that otherwise runs as NumPy.
 
-    A control tick then takes a third of the time. Torques agree with those of NumPy to rounding, not to the last bit.
-    The first call on a machine takes about half a minute; the machine code is kept in the user's cache folder, or in
-    `NUMBA_CACHE_DIR`, and later calls load it in about a second. Another process asks for itself.
+    A control tick then takes a third to two thirds of the time. Torques agree with those of NumPy to rounding, not to
+    the last bit. The first call on a machine takes about half a minute; the machine code is kept in the user's cache
+    folder, or in `NUMBA_CACHE_DIR`, and later calls load it in about a second. Another process asks for itself.
 
     Raises:
         ImportError: If Numba is not installed.

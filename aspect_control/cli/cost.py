@@ -18,7 +18,7 @@ def bench(
         Path | None, typer.Option(help="A Python that has PlaCo, if its versions clash with those of this one.")
     ] = None,
 ) -> None:
-    """Compare the cost of pseudoinverses, control ticks and runs with other libraries and bare Pinocchio."""
+    """Compare the cost of ticks, pieces and runs, as plain NumPy and compiled, with other libraries and Pinocchio."""
     from ..benchmark import benchmark, machine, verdicts
     from ..files import output_folder, write_text
     from ..views import benchmark_figure, benchmark_report, save_figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Collection
-from math import isfinite
+from math import hypot, isfinite
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
@@ -50,7 +50,7 @@ def finite_vector(name: str, value: ArrayLike, size: int | None = None) -> Array
         if vector.ndim != 1 or (size is not None and vector.shape[0] != size):
             expected = f"({size},)" if size is not None else "(any,)"
             raise ShapeError(f"{name} must have shape {expected}, got {vector.shape}")
-    if not sum(map(abs, vector.tolist())) <= LARGEST:
+    if not hypot(*vector.tolist()) <= LARGEST:
         require_finite(name, vector)
     vector.setflags(write=False)
     return vector

@@ -116,7 +116,8 @@ def expanded_gradient(J: Matrix, dJ: Tensor, terms: Table) -> Vector:
         column, smaller, minor, sign = of_row[1], of_row[2], of_row[3], of_row[4]
         of_term = sign * slope[minor]
         total[k] = np.bincount(column, of_term * levels[k][smaller], n)
-        slope = np.bincount(smaller, of_term * J[k][column])  # type: ignore[assignment]
+        if k > 0:
+            slope = np.bincount(smaller, of_term * J[k][column])  # type: ignore[assignment]
     measure = np.exp(np.log(size).sum() / len(size))
     return measure / len(size) * contracted(total, dJ)
 

@@ -26,7 +26,6 @@ from .sections import (
     SimulationSection,
     StartSection,
     WaypointsSection,
-    torque_numbers,
 )
 
 TrajectorySection = Annotated[LineSection | CircleSection | HoldSection | WaypointsSection, Field(discriminator="kind")]
@@ -160,7 +159,6 @@ class Scenario(Section):
         """
         arm = self.arm()
         q0, laws, trajectory = self.start_configuration(arm), self.laws(arm), self.trajectory.build()
-        saturation = None if self.simulation.saturation is None else torque_numbers(self.simulation.saturation, arm)
         for i, (label, law) in enumerate(laws.items()):
             if before is not None:
                 before(label, law)
@@ -171,7 +169,7 @@ class Scenario(Section):
                 v0=self.start.velocities,
                 dt=self.simulation.dt,
                 integrator=self.simulation.integrator,
-                saturation=saturation,
+                saturation=self.simulation.saturation,
                 events=self.limits.events(arm),
                 progress=_share(progress, label, i, len(laws)),
                 watch=None if watch is None else watch(label),

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from ..arm import Arm
+from ..limits import joint_limit
 from ..simulation import (
     Diverged,
     Event,
@@ -189,12 +190,7 @@ class LimitsSection(Section):
         if self.manipulability is not None:
             events.append(Singular(self.manipulability))
         if self.torque is not None:
-            events.append(TorqueLimit(torque_numbers(self.torque, arm)))
+            events.append(TorqueLimit(joint_limit("limits.torque", self.torque, arm.nv, arm.torque_limit)))
         if self.joints:
             events.append(JointLimit())
         return events
-
-
-def torque_numbers(value: Literal["urdf"] | float | list[float], arm: Arm) -> Any:
-    """Return a torque setting as numbers, N m: `"urdf"` is the robot's own limit."""
-    return arm.torque_limit if value == "urdf" else value

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import Arm
-from ..checks import positive, real_array
-from ..exceptions import ParameterError, ShapeError
+from ..checks import positive
+from ..exceptions import ParameterError
+from ..limits import joint_limit
 from ..redundancy import Array, manipulability
 from ..tasks import TaskValue
 from ..trajectories import Target
@@ -170,7 +171,7 @@ class TorqueLimit(Event):
         Raises:
             ParameterError: If it is not above zero.
         """
-        self.limit = torque_limit("limit", limit)
+        self.limit = joint_limit("limit", limit)
 
     def require_fits(self, arm: Arm) -> None:
         """Make sure that there is one limit a joint, or one for all.
@@ -178,7 +179,7 @@ class TorqueLimit(Event):
         Raises:
             ShapeError: If there is not.
         """
-        torque_limit("limit", self.limit, arm.nv)
+        joint_limit("limit", self.limit, arm.nv)
 
     def check(self, moment: Moment) -> str | None:
         """Return why the run ends, or None."""
@@ -206,19 +207,3 @@ class JointLimit(Event):
 
 DEFAULT_EVENTS: tuple[Event, ...] = (Diverged(), WorkspaceLeft(), TrackingLost())
 """What ends a run unless told otherwise."""
-
-
-def torque_limit(name: str, limit: ArrayLike, size: int | None = None) -> Array:
-    """Return a torque limit as positive numbers, N m, that may be infinite.
-
-    Raises:
-        ParameterError: If an entry is not above zero.
-        ShapeError: If it is neither a number nor a vector of `size` entries.
-    """
-    values = np.atleast_1d(real_array(name, limit, "a number or a vector of numbers"))
-    if values.ndim != 1 or len(values) == 0 or (size is not None and len(values) not in (1, size)):
-        expected = "a number or a vector" if size is None else f"a number or a vector of {size} numbers"
-        raise ShapeError(f"{name} must be {expected}, got shape {values.shape}")
-    if not np.all(values > 0.0):
-        raise ParameterError(f"{name} must be above 0 N m, got {values.tolist()}")
-    return values

@@ -14,8 +14,9 @@ from ..arm import Arm
 from ..checks import finite_vector, positive
 from ..controllers import Controller
 from ..exceptions import NonFiniteError, ParameterError, ShapeError, shown
+from ..limits import joint_limit
 from ..trajectories import Trajectory
-from .events import DEFAULT_EVENTS, Event, Moment, torque_limit
+from .events import DEFAULT_EVENTS, Event, Moment
 from .integrators import Integrator, find_integrator
 from .plant import Plant
 from .recorder import Recorder, read_only
@@ -31,7 +32,7 @@ def simulate(
     v0: ArrayLike | None = None,
     dt: float = 1e-3,
     integrator: str | Integrator = "rk4",
-    saturation: ArrayLike | None = None,
+    saturation: ArrayLike | str | None = None,
     events: Sequence[Event] = DEFAULT_EVENTS,
     progress: Callable[[float], None] | None = None,
     watch: Callable[[Moment], None] | None = None,
@@ -56,7 +57,7 @@ def simulate(
         v0: Joint velocity at the start, shape (nv,), rad/s; None for rest.
         dt: Sampling time, s.
         integrator: A name of `simulation.INTEGRATORS`, or an integrator.
-        saturation: Largest |τ| that the motors give, N m, a number or one a joint, such as `arm.torque_limit`; the
+        saturation: Largest |τ| that the motors give, N m: a number, one a joint, or `"urdf"` for the robot's own; the
             torque is cut off there and recorded as it was applied. None for motors without limits.
         events: What ends the run early.
         progress: Called with the part of the motion that is done, 0 to 1, about a hundred times.
@@ -83,7 +84,7 @@ def simulate(
     q = arm.checked_configuration(finite_vector("q0", q0, arm.nq))
     v = finite_vector("v0", v0, arm.nv) if v0 is not None else np.zeros(arm.nv)
     samples = _samples(trajectory.duration, positive("dt", dt, "s"))
-    limit = torque_limit("saturation", saturation, arm.nv) if saturation is not None else None
+    limit = None if saturation is None else joint_limit("saturation", saturation, arm.nv, arm.torque_limit)
     if trajectory.task_dim not in (None, arm.task_dim):
         raise ShapeError(
             f"the trajectory has {trajectory.task_dim} task coordinates, "

@@ -8,6 +8,7 @@ from .modified_null_space_vector import ModifiedNullSpaceVector
 from .null_space_vector import NullSpaceVector
 from .operational_space import OperationalSpace
 from .pseudoinverse import Pseudoinverse
+from .qp import QPStatus, QPTorque
 from .registry import available, create, describe_parameters, find, parameter_names
 from .resolved_motion import ResolvedMotion
 
@@ -20,6 +21,8 @@ __all__ = [
     "NullSpaceVector",
     "OperationalSpace",
     "Pseudoinverse",
+    "QPStatus",
+    "QPTorque",
     "ResolvedMotion",
     "TaskSpaceController",
     "available",

@@ -191,14 +191,14 @@ class QPTorque(TaskSpaceController):
         if found[-1] < 0.0:
             return None
         status = _FREE if found[-1] > 0.0 else _status(float(found[n]), _SAME_LIMITS, 0)
-        return np.clip(found[:n], -self.limits.torque, self.limits.torque), status, side
+        return found[:n], status, side
 
     def _solved(
         self, state: ArmState, memory: QPMemory, terms: tuple[Any, ...]
     ) -> tuple[Array, QPStatus, Array | None]:
         """Return the torque by the solvers, or the braking torque."""
-        Q, c, d = open_torques(*terms)
-        limit, rows = self.limits.torque, self._rows(state, memory, Q, c, d)
+        B, c, d = open_torques(*terms)
+        limit, rows = self.limits.torque, self._rows(state, memory, B, c, d)
         if (rows.lower <= rows.g).all() and (rows.g <= rows.upper).all():
             return c + d, _FREE, memory.side
         program, messages, iterations = rows.program(), [], 0
@@ -216,21 +216,21 @@ class QPTorque(TaskSpaceController):
             if violation <= TOLERANCE:
                 s = float(x[-1] / program.upper[-1])
                 side.setflags(write=False)
-                tau = np.clip(Q @ x[:-1] + s * c + d, -limit, limit)
+                tau = np.clip(B @ x[:-1] + s * c + d, -limit, limit)
                 return tau, _status(s, "; ".join(messages), iterations), side
             messages.append(f"not exact by {violation:.1e}")
         message = "no torque within the limits: " + "; ".join(messages)
         tau = np.clip(self._braking_torque(state, memory), -limit, limit)
         return tau, QPStatus("braking", 0.0, message, iterations), None
 
-    def _rows(self, state: ArmState, memory: QPMemory, Q: Array, c: Array, d: Array) -> Rows:
-        """Return the limits on the torques Q ζ + s c + d."""
+    def _rows(self, state: ArmState, memory: QPMemory, B: Array, c: Array, d: Array) -> Rows:
+        """Return the limits on the torques B ζ + s c + d."""
         limits = self.limits
-        rows = [Rows(Q, c, -limits.torque - d, limits.torque - d)]
+        rows = [Rows(B, c, -limits.torque - d, limits.torque - d)]
         if self._torque_limits_alone:
             return rows[0]
         # θ̈ = A ζ + s g + rest
-        accelerations = np.linalg.solve(state.M, np.column_stack((Q, c, d - state.nle)))
+        accelerations = np.linalg.solve(state.M, np.column_stack((B, c, d - state.nle)))
         A, g, rest = accelerations[:, :-2], accelerations[:, -2], accelerations[:, -1]
         if limits.bound_acceleration:
             slowest, fastest = self._acceleration_interval(state, memory)

@@ -8,19 +8,16 @@ import numpy as np
 
 from ...redundancy.array import Array, Matrix, Vector
 from ...redundancy.kernels import kernel
-from ...redundancy.pseudoinverse import pseudoinverse
+from ...redundancy.pseudoinverse import RANK_TOLERANCE
 
 if TYPE_CHECKING:
     import qpsolvers
 
-TASK_WEIGHT = 1e4
-"""Linear cost of the task, in units of the largest bound: so large that the task gives way to limits alone."""
+TASK_WEIGHT = 1e6
+"""Weight of the task beside the other costs: so large that the task gives way to limits alone."""
 
-SCALE_CURVATURE = 1e-3
-"""Curvature of the cost in σ, which makes the program strictly convex."""
-
-SELF_MOTION = 0.25
-"""How fast the self-motion may become for the sake of torque, as part of the motion of the task."""
+SELF_MOTION_COST = 10.0
+"""Cost of the self-motion beside that of the torque, in units of the mean inertia of a joint."""
 
 TOLERANCE = 1e-9
 """By how much a minimum may miss a bound, or a multiplier its sign, relative to their sizes."""
@@ -76,11 +73,11 @@ class Program(NamedTuple):
 def open_torques(
     M: Matrix, nle: Vector, J: Matrix, b: Vector, v: Vector, damping: float
 ) -> tuple[Matrix, Vector, Vector]:
-    """Return Q, c and d: the torques of the task accelerations s b are τ = Q ζ + s c + d, whatever ζ is.
+    """Return B, c and d: the torques of the task accelerations s b are τ = B ζ + s c + d, whatever ζ is.
 
-    Q is an orthonormal basis of what J M⁻¹ does not see: the end of the square factor of the QR decomposition of M⁻¹Jᵀ,
-    which has n − m columns at the loss of rank as well. c + d is the damped torque τ̃ − D M θ̇_H, moved towards the
-    minimum torque of Eq. (11) by at most `SELF_MOTION` D ‖M J⁺Jθ̇‖.
+    With Z an orthonormal basis of the null space of J, which has n − m columns at the loss of rank as well, the null-space
+    accelerations are θ̈_H + D θ̇_H = Z z. In ζ = R z, with RᵀR = Zᵀ(M² + ρ M)Z, the cost of `QPTorque` is ½‖ζ‖² but for
+    a constant.
 
     Args:
         M: Joint-space inertia matrix, shape (n, n), kg m².
@@ -88,25 +85,25 @@ def open_torques(
         J: Jacobian, shape (m, n).
         b: Task acceleration less its velocity part, ẍ − J̇θ̇, shape (m,).
         v: Joint velocity θ̇, shape (n,), rad/s.
-        damping: D, 1/s.
+        damping: D, 1/s; 0 for ρ = 0.
 
     Returns:
-        Q, shape (n, n − m), with QᵀQ = I and J M⁻¹Q = 0; c and d, shapes (n,), N m. The torque at ζ = 0 and s = 1 is
-        the one that `QPTorque` gives without limits.
+        B = M Z R⁻¹, shape (n, n − m); c and d, shapes (n,), N m. τ at ζ = 0 and s = 1 is what minimises the cost.
     """
-    m, n = J.shape
-    # Columns of zeros make the factor square: a reflection that has nothing to remove is the identity.
-    wide = np.zeros((n, n))
-    wide[:, :m] = np.linalg.solve(M, J.T)
-    Q = np.ascontiguousarray(np.linalg.qr(wide)[0][:, m:])
-    J_pinv = pseudoinverse(J)
-    task, of_task = M @ (J_pinv @ b), M @ (J_pinv @ (J @ v))
-    damped = nle - damping * (M @ v - of_task)
-    share = 1.0
+    m = len(J)
+    U, S, Vt = np.linalg.svd(J, True)
+    kept = S > RANK_TOLERANCE * S[0]
+    J_pinv = Vt[:m].T @ (U / np.where(kept, S, np.inf)).T
+    Z = np.ascontiguousarray(Vt[m:].T)
+    task, damped = M @ (J_pinv @ b), nle - damping * (M @ (v - J_pinv @ (J @ v)))
+    weighted, k = M @ Z, len(M)
+    both = np.zeros((2 * k, k - m))
+    both[:k] = weighted
     if damping > 0.0:
-        open_part, most = Q.T @ (task + damped), SELF_MOTION * damping * np.sqrt(of_task @ of_task)
-        share = most / max(most, np.sqrt(open_part @ open_part), 1e-300)
-    return Q, task - share * (Q @ (Q.T @ task)), damped - share * (Q @ (Q.T @ damped))
+        both[k:] = np.sqrt(SELF_MOTION_COST * np.trace(M) / k) * (np.linalg.cholesky(M).T @ Z)
+    R = np.linalg.qr(both)[1]
+    B = np.ascontiguousarray(np.linalg.solve(R.T, weighted.T).T)
+    return B, task - B @ (B.T @ task), damped - B @ (B.T @ damped)
 
 
 @kernel
@@ -125,7 +122,7 @@ def program_of_rows(A: Matrix, g: Vector, lower: Vector, upper: Vector) -> tuple
     unit = max(1.0, np.max(np.abs(g)))
     sizes = np.abs(np.concatenate((lower, upper, g)))
     p, q = np.ones(r + 1), np.zeros(r + 1)
-    p[r], q[r] = SCALE_CURVATURE, -TASK_WEIGHT * np.max(np.where(np.isfinite(sizes), sizes, 1.0))
+    q[r] = -TASK_WEIGHT * np.max(np.where(np.isfinite(sizes), sizes, 1.0))
     wide, below, above = np.zeros((c + 1, r + 1)), np.zeros(c + 1), np.full(c + 1, unit)
     wide[:c, :r], wide[:c, r], wide[c, r] = A, g / unit, 1.0
     below[:c], above[:c] = lower, upper
@@ -167,7 +164,8 @@ def minimum_on_bounds(
     excess = np.max(np.maximum(lower - values, values - upper) / (1.0 + np.abs(values)))
     wrong_sign = 0.0
     if size > k:
-        wrong_sign = np.max(-sign * mu) / (1.0 + np.max(np.abs(mu)))
+        # The largest multiplier, the price of the task, is the measure of rounding alone.
+        wrong_sign = np.max(-sign * mu) / (1.0 + np.max(np.abs(p * x)) + 1e-6 * np.max(np.abs(mu)))
     return x, max(excess, wrong_sign)
 
 
@@ -190,15 +188,15 @@ def torque_on_bounds(
     Returns:
         τ, shape (n,), N m; then s, and 1 if no bound holds the minimum, 0 if those given do, −1 if τ is not the torque.
     """
-    Q, c, d = open_torques(M, nle, J, b, v, damping)
-    n, r = Q.shape
+    B, c, d = open_torques(M, nle, J, b, v, damping)
+    n, r = B.shape
     tau = np.ones(n + 2)
     tau[:n] = c + d
     if np.all(np.abs(tau[:n]) <= limit):
         return tau
-    p, q, A, lower, upper = program_of_rows(Q, c, -limit - d, limit - d)
+    p, q, A, lower, upper = program_of_rows(B, c, -limit - d, limit - d)
     x, violation = minimum_on_bounds(p, q, A, lower, upper, side)
     s = x[r] / upper[n]
-    tau[:n], tau[n] = Q @ x[:r] + s * c + d, s
+    tau[:n], tau[n] = np.minimum(np.maximum(B @ x[:r] + s * c + d, -limit), limit), s
     tau[n + 1] = 0.0 if violation <= TOLERANCE else -1.0
     return tau

@@ -26,7 +26,7 @@ OSQP_SETTINGS = {
 }
 """OSQP's settings. What it adapts or scales by itself would make an answer depend on the programs before."""
 
-_GENTLE = 1e-3
+_GENTLE = 1e-5
 """Part of the task's weight that OSQP is given: it converges slowly on what is nearly a linear program."""
 
 _INFINITY = 1e30
@@ -99,8 +99,9 @@ class KeptOSQP:
         from scipy.sparse import csc_matrix
 
         p, q, A, lower, upper = program
-        size = np.abs(q).max() / TASK_WEIGHT
-        q, lower, upper = q * (_GENTLE / size), lower / size, upper / size
+        size = -q[-1] / TASK_WEIGHT
+        q = q * (_GENTLE / size)
+        lower, upper = lower / size, upper / size
         if self._workspace is None:
             self._workspace = osqp.OSQP()
             self._workspace.setup(csc_matrix(np.diag(p)), q, _dense(A), lower, upper, **OSQP_SETTINGS)

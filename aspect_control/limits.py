@@ -17,7 +17,9 @@ NO_LIMIT = np.inf
 """The limit of a joint that has none."""
 
 
-def joint_limit(name: str, value: Any, size: int | None = None, of_file: Array | None = None, unit: str = "N m") -> Array:
+def joint_limit(
+    name: str, value: Any, size: int | None = None, of_file: Array | None = None, unit: str = "N m"
+) -> Array:
     """Return the largest magnitude that each joint may have.
 
     Args:
@@ -43,7 +45,9 @@ def joint_limit(name: str, value: Any, size: int | None = None, of_file: Array |
     return limit
 
 
-def joint_range(name: str, value: Any, size: int, of_file: tuple[Array, Array], unit: str = "rad") -> tuple[Array, Array]:
+def joint_range(
+    name: str, value: Any, size: int, of_file: tuple[Array, Array], unit: str = "rad"
+) -> tuple[Array, Array]:
     """Return the lowest and the highest value that each joint may have.
 
     Args:

@@ -190,7 +190,7 @@ class LimitsSection(Section):
         if self.manipulability is not None:
             events.append(Singular(self.manipulability))
         if self.torque is not None:
-            events.append(TorqueLimit(joint_limit("limits.torque", self.torque, arm.nv, arm.torque_limit)))
+            events.append(TorqueLimit(joint_limit("limit", self.torque, arm.nv, arm.torque_limit)))
         if self.joints:
             events.append(JointLimit())
         return events

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -60,17 +60,47 @@ class QPMemory(NamedTuple):
     side: Array | None = None
 
 
+_Found: TypeAlias = tuple[Array, QPStatus, Array | None]
+
+
 class QPTorque(TaskSpaceController):
     """Least torque, Eq. (8), as a quadratic program with limits and damped self-motion.
 
-    DOC
+    Every joint acceleration that gives the part s of the commanded task acceleration b is θ̈ = s J⁺b + θ̈_H with θ̈_H in
+    the null space of J, and its torque is τ = M θ̈ + N. The law is
 
-    Attributes:
-        solver: Name of the solver.
-        limits: The limits.
-        damping: D, 1/s.
-        horizon: T, s.
-        stability: What is asked of the self-motion.
+    minimise ½‖τ‖² + ½ρ(θ̈_H + D θ̇_H)ᵀM(θ̈_H + D θ̇_H)
+    subject to |τ| ≤ τ_max,   θ̈ within its bounds,   θ̇_H·θ̈_H ≤ 0
+
+    The second cost lets the self-motion decay at the rate D. Its ρ is `program.SELF_MOTION_COST` times the mean inertia
+    of the joints, so that both costs are squares of torques; without it, at D = 0, this is Eq. (8), which builds up
+    self-motion until the torques explode. The bounds of θ̈ come from the limits of speed, position and acceleration;
+    see `JointLimits.acceleration_interval`.
+
+    At every sample:
+
+    1. The minimum of the cost at s = 1 without limits is looked at first, which at D = 0 is the torque of Eq. (11);
+       with torque limits alone also the minimum on the limits that were active before. Where one of them is the
+       solution, which the conditions for the minimum tell, no solver is called.
+    2. Otherwise a solver says which limits are active, and the linear equations of those give the solution. The task
+       has a weight so large that s < 1 only if no torque within the limits gives s = 1, and then s is the largest
+       possible. Outcome `"optimal"` at s = 1, else `"scaled"`.
+    3. If the solver's answer does not meet the conditions for the minimum, DAQP is asked.
+    4. If that fails as well, the task is given up and the arm is braked: outcome `"braking"`. Each joint is decelerated
+       by θ̈ = −θ̇/T, moved into the bounds of θ̈. If the torque M θ̈ + N of that is not within the torque limits, it is
+       G + λ M θ̈ instead, with G the gravity torque and the largest λ in [0, 1] within them. It takes energy out of the
+       arm at any λ > 0; a joint whose limit is below its own gravity torque gets what it has.
+
+    No failure of a solver leaves `torque` as an exception, and a torque depends on the sample and on `memory` alone.
+
+    `stability` asks of the self-motion:
+
+    - `"maciejewski"`: θ̇_H·θ̈_H ≤ 0, Eq. (12) as a half-space. With one redundant degree of freedom and D = 0 this is the
+      modified method, Eqs. (13), (14).
+    - `"dead-beat"`: −‖θ̇_H‖²/Δt ≤ θ̇_H·θ̈_H as well, so that one sample does not reverse the self-motion.
+
+    Not safe by itself: torque limits alone do not keep an arm from its other limits, and a joint whose gravity torque
+    is beyond its limit falls.
     """
 
     name = "qp"
@@ -124,7 +154,6 @@ class QPTorque(TaskSpaceController):
         self.stability = stability
         self._torque_limits_alone = stability == "none" and not self.limits.bound_acceleration
         self._nothing_held = np.zeros(arm.nv + 1)
-        self.solver = solver
         chosen = find_solver(solver)
         self._solvers = (chosen,) if isinstance(chosen, DAQP) else (chosen, DAQP())
 
@@ -133,7 +162,7 @@ class QPTorque(TaskSpaceController):
         """The law's parameters; see `Controller.parameters`."""
         return {
             **super().parameters,
-            "solver": self.solver,
+            "solver": self._solvers[0].name,
             **self.limits.parameters,
             "damping": self.damping,
             "horizon": self.horizon,
@@ -152,8 +181,9 @@ class QPTorque(TaskSpaceController):
     def problem(self, state: ArmState, target: Target) -> qpsolvers.Problem:
         """Return the quadratic program of a sample, as it is solved where the free torque breaks a limit.
 
-        Its unknown is (ζ, σ), shape (r + 1,), N m. P is diagonal, q has the cost of σ, and G x ≤ h holds the limits, σ ≤ σ₁
-        and −σ ≤ 0 among them; σ₁ is what σ is at s = 1.
+        Its unknown is x = (ζ, σ), shape (r + 1,), N m: τ = B ζ + s c + d, with B, c and d of `program.open_torques` and
+        σ a multiple of s. P is the identity, q is the weight of σ, and G x ≤ h holds the upper limits, then the lower
+        ones, each with that of σ as its last.
 
         Args:
             state: The arm's state, `arm.state(q, v)`.
@@ -170,48 +200,45 @@ class QPTorque(TaskSpaceController):
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m, and remember how it came about."""
         memory, terms = self.memory or QPMemory(), self._terms(state, target)
-        tau, status, side = self._as_before(memory, terms) or self._solved(state, memory, terms)
+        if self._torque_limits_alone:
+            tau, status, side = self._as_before(state, memory, terms)
+        else:
+            tau, status, side = self._searched(state, memory, *open_torques(*terms))
         self.memory = QPMemory(memory.dt, status, side)
         return tau
 
-    def _terms(self, state: ArmState, target: Target) -> tuple[Array, Array, Array, Array, Array, float]:
+    def _terms(self, state: ArmState, target: Target) -> tuple[Any, ...]:
         """Return the arguments of `open_torques`."""
         b = self.commanded_acceleration(state, target)
         return state.M, state.nle, state.J, b, state.v, self.damping
 
-    def _as_before(self, memory: QPMemory, terms: tuple[Any, ...]) -> tuple[Array, QPStatus, Array] | None:
+    def _as_before(self, state: ArmState, memory: QPMemory, terms: tuple[Any, ...]) -> _Found:
         """Return the torque if no torque limit is active, or those that were before; most ticks end here."""
-        if not self._torque_limits_alone:
-            return None
-        side, n = memory.side if memory.side is not None else self._nothing_held, self.arm.nv
+        side, n = self._nothing_held if memory.side is None else memory.side, self.arm.nv
         try:
-            found = torque_on_bounds(*terms, self.limits.torque, side)
+            found = torque_on_bounds(*(*terms, self.limits.torque, side))
         except np.linalg.LinAlgError:
-            return None
-        if found[-1] < 0.0:
-            return None
-        status = _FREE if found[-1] > 0.0 else _status(float(found[n]), _SAME_LIMITS, 0)
-        return found[:n], status, side
+            return self._searched(state, memory, *open_torques(*terms))
+        kind, s = found[:2].tolist()
+        if kind < 0.0:
+            return self._searched(state, memory, found[n + 2 : -2 * n].reshape(n, -1), found[-2 * n : -n], found[-n:])
+        return found[2 : n + 2], _FREE if kind > 0.0 else _status(s, _SAME_LIMITS, 0), side
 
-    def _solved(
-        self, state: ArmState, memory: QPMemory, terms: tuple[Any, ...]
-    ) -> tuple[Array, QPStatus, Array | None]:
+    def _searched(self, state: ArmState, memory: QPMemory, B: Array, c: Array, d: Array) -> _Found:
         """Return the torque by the solvers, or the braking torque."""
-        B, c, d = open_torques(*terms)
         limit, rows = self.limits.torque, self._rows(state, memory, B, c, d)
         if (rows.lower <= rows.g).all() and (rows.g <= rows.upper).all():
             return c + d, _FREE, memory.side
-        program, messages, iterations = rows.program(), [], 0
+        program, messages, iterations = rows.program(), list[str](), 0
         for solver in self._solvers:
             try:
                 side, message, count = solver.solve(program)
-                messages, iterations = [*messages, message], iterations + count
+                messages.append(message)
+                iterations += count
                 x, violation = minimum_on_bounds(*program, side)
-            except NoSolutionFound as error:
-                messages.append(str(error))
-                continue
             except Exception as error:
-                messages.append(f"{type(solver).__name__}: {type(error).__name__}: {error}")
+                kind = "" if isinstance(error, NoSolutionFound) else f"{type(error).__name__}: "
+                messages.append(f"{solver.name}: {kind}{error}")
                 continue
             if violation <= TOLERANCE:
                 s = float(x[-1] / program.upper[-1])
@@ -220,8 +247,7 @@ class QPTorque(TaskSpaceController):
                 return tau, _status(s, "; ".join(messages), iterations), side
             messages.append(f"not exact by {violation:.1e}")
         message = "no torque within the limits: " + "; ".join(messages)
-        tau = np.clip(self._braking_torque(state, memory), -limit, limit)
-        return tau, QPStatus("braking", 0.0, message, iterations), None
+        return self._braking_torque(state, memory), QPStatus("braking", 0.0, message, iterations), None
 
     def _rows(self, state: ArmState, memory: QPMemory, B: Array, c: Array, d: Array) -> Rows:
         """Return the limits on the torques B ζ + s c + d."""
@@ -230,10 +256,10 @@ class QPTorque(TaskSpaceController):
         if self._torque_limits_alone:
             return rows[0]
         # θ̈ = A ζ + s g + rest
-        accelerations = np.linalg.solve(state.M, np.column_stack((B, c, d - state.nle)))
-        A, g, rest = accelerations[:, :-2], accelerations[:, -2], accelerations[:, -1]
+        M_inv: Array = np.asarray(np.linalg.inv(state.M), dtype=np.float64)
+        A, g, rest = M_inv @ B, M_inv @ c, M_inv @ (d - state.nle)
         if limits.bound_acceleration:
-            slowest, fastest = self._acceleration_interval(state, memory)
+            slowest, fastest = self._bounds(state, memory)
             rows.append(Rows(A, g, slowest - rest, fastest - rest).unit())
         if self.stability != "none":
             u, least = self_motion_bound(self.stability, state.v, A, g + rest, memory.dt)
@@ -241,19 +267,23 @@ class QPTorque(TaskSpaceController):
             rows.append(Rows((u @ A)[None], np.array([u @ g]), least - at_rest, -at_rest).unit())
         return Rows(*map(np.concatenate, zip(*rows, strict=True)))
 
-    def _acceleration_interval(self, state: ArmState, memory: QPMemory) -> tuple[Array, Array]:
+    def _bounds(self, state: ArmState, memory: QPMemory) -> tuple[Array, Array]:
+        """Return the bounds of θ̈."""
         dt = self.horizon if memory.dt is None else memory.dt
         return self.limits.acceleration_interval(self.arm.positions(state.q), state.v, self.horizon, dt)
 
     def _braking_torque(self, state: ArmState, memory: QPMemory) -> Array:
         """Return M θ̈ + N with θ̈ = −θ̇/T moved into the bounds of θ̈, or what the torque limits allow of it."""
-        push = state.M @ np.clip(-state.v / self.horizon, *self._acceleration_interval(state, memory))
-        tau: Array = state.nle + push
-        if np.all(np.abs(tau) <= self.limits.torque):
-            return tau
-        return self.limits.largest_part(push, self.arm.state(state.q, np.zeros(self.arm.nv)).nle)
+        limit, push = self.limits.torque, state.M @ np.clip(-state.v / self.horizon, *self._bounds(state, memory))
+        if np.all(np.abs(state.nle + push) <= limit):
+            return state.nle + push
+        gravity = self.arm.state(state.q, np.zeros(self.arm.nv)).nle
+        room, moving = np.maximum(limit - np.sign(push) * gravity, 0.0), push != 0.0
+        part = min(1.0, float((room[moving] / np.abs(push[moving])).min(initial=1.0)))
+        return np.clip(gravity + part * push, -limit, limit)
 
 
 def _status(s: float, message: str, iterations: int) -> QPStatus:
-    s = min(max(s, 0.0), 1.0)
-    return QPStatus("scaled", s, message, iterations) if s < 1.0 - TOLERANCE else QPStatus("optimal", 1.0, message, iterations)
+    if s < 1.0 - TOLERANCE:
+        return QPStatus("scaled", max(s, 0.0), message, iterations)
+    return QPStatus("optimal", 1.0, message, iterations)

@@ -31,16 +31,13 @@ class JointLimits:
         self.speed = joint_limit("speed_limit", speed, n, arm.velocity_limit, "rad/s")
         self.lower, self.upper = joint_range("position_limit", position, n, arm.position_limits)
         self.acceleration = joint_limit("acceleration_limit", acceleration, n, unit="rad/s²")
-        others = np.concatenate((self.speed, self.lower, self.upper, self.acceleration))
-        self.bound_acceleration = bool(np.isfinite(others).any())
+        self.bound_acceleration = bool(np.isfinite((self.speed, self.lower, self.upper, self.acceleration)).any())
         self.parameters = {
             "torque_limit": _plain(torque),
             "speed_limit": _plain(speed),
             "position_limit": position if position is None or isinstance(position, str) else [*map(_plain, position)],
             "acceleration_limit": _plain(acceleration),
         }
-        for each in (self.torque, self.speed, self.lower, self.upper, self.acceleration):
-            each.flags.writeable = False
 
     def acceleration_interval(self, position: Array, v: Array, horizon: float, dt: float) -> tuple[Array, Array]:
         """Return the joint accelerations that keep the speed, the position and the acceleration within their limits.
@@ -70,23 +67,6 @@ class JointLimits:
         leftmost = (self.lower - position) / horizon**2 - damping
         rightmost = (self.upper - position) / horizon**2 - damping
         return np.clip(leftmost, slowest, fastest), np.clip(rightmost, slowest, fastest)
-
-    def largest_part(self, push: Array, gravity: Array) -> Array:
-        """Return G + λ M θ̈ with the largest λ in [0, 1] that the torque limits allow.
-
-        Whatever λ, θ̈ = −θ̇/T takes the power λ θ̇ᵀM θ̇/T out of the arm.
-
-        Args:
-            push: M θ̈, shape (n,), N m.
-            gravity: Gravity torques G, shape (n,), N m.
-
-        Returns:
-            Shape (n,), N m; beyond the limit of a joint whose gravity torque is.
-        """
-        room = np.maximum(self.torque - np.sign(push) * gravity, 0.0)
-        moving = push != 0.0
-        part = min(1.0, float((room[moving] / np.abs(push[moving])).min(initial=1.0)))
-        return gravity + part * push
 
 
 def _plain(given: Any) -> Any:

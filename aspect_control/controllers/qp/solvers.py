@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ...exceptions import UnknownNameError
 from ...redundancy import Array
 from .program import TASK_WEIGHT, Program
-
-if TYPE_CHECKING:
-    from scipy.sparse import csc_matrix
 
 OSQP_SETTINGS = {
     "verbose": False,
@@ -33,57 +30,36 @@ _INFINITY = 1e30
 """Bounds beyond this are none to OSQP and to DAQP."""
 
 
-class Answer(NamedTuple):
-    """What a solver found.
-
-    Attributes:
-        side: Positive for a row whose upper bound holds the minimum, negative for the lower, zero for neither, shape
-            (c,).
-        message: The solver's own words.
-        iterations: How many it took; 0 if it does not tell.
-    """
-
-    side: Array
-    message: str
-    iterations: int
+Answer: TypeAlias = tuple[Array, str, int]
+"""The `side` of `minimum_on_bounds`, the solver's own words, and its iterations, 0 if it does not tell."""
 
 
-class NoSolutionFound(Exception):  # noqa: N818
+class NoSolutionFound(Exception):
     """A solver found no minimum, which its message says in its own words."""
-
-
-class Solver(Protocol):
-    """Solves programs, each without regard to those before."""
-
-    def solve(self, program: Program) -> Answer:
-        """Return the bounds that hold the minimum.
-
-        Raises:
-            NoSolutionFound: If the solver finds none; it may raise whatever it raises besides.
-        """
 
 
 class DAQP:
     """The dual active-set solver DAQP by its own call."""
 
+    name = "daqp"
+
     def solve(self, program: Program) -> Answer:
-        """Return the bounds that hold the minimum."""
+        """Return the bounds that hold the minimum, or raise whatever the solver raises."""
         import daqp
 
-        p, q, A, lower, upper = program
+        q, A, lower, upper = program
         bounds = np.minimum(upper, _INFINITY), np.maximum(lower, -_INFINITY)
         # It writes to what it is given.
-        _, _, flag, info = daqp.solve(np.diag(p), q.copy(), A, *bounds, np.zeros(len(A), np.intc), primal_tol=1e-9)
+        _, _, flag, info = daqp.solve(np.eye(len(q)), q.copy(), A, *bounds, np.zeros(len(A), np.intc), primal_tol=1e-9)
         if flag < 1:
-            raise NoSolutionFound("daqp: no solution")
-        return Answer(info["lam"], "daqp: solved", int(info["iterations"]))
+            raise NoSolutionFound("no solution")
+        return info["lam"], "daqp: solved", int(info["iterations"])
 
 
 class KeptOSQP:
-    """OSQP with one workspace, set up once and then updated, and started afresh for every program.
+    """OSQP with one workspace: set up once with every entry of A, then updated, and started afresh each time."""
 
-    The workspace holds A densely, zeros included, so that its pattern stays the same.
-    """
+    name = "osqp"
 
     def __init__(self) -> None:
         """Begin without a workspace."""
@@ -98,22 +74,20 @@ class KeptOSQP:
         import osqp
         from scipy.sparse import csc_matrix
 
-        p, q, A, lower, upper = program
+        q, A, lower, upper = program
         size = -q[-1] / TASK_WEIGHT
-        q = q * (_GENTLE / size)
-        lower, upper = lower / size, upper / size
+        q, lower, upper = q * (_GENTLE / size), lower / size, upper / size
         if self._workspace is None:
+            P, pattern = csc_matrix(np.eye(len(q))), csc_matrix(np.ones(A.shape))
             self._workspace = osqp.OSQP()
-            self._workspace.setup(csc_matrix(np.diag(p)), q, _dense(A), lower, upper, **OSQP_SETTINGS)
-        else:
-            self._workspace.update(q=q, Ax=A.ravel(order="F"), l=lower, u=upper)
-            self._workspace.warm_start(x=np.zeros(len(q)), y=np.zeros(len(A)))
+            self._workspace.setup(P, q, pattern, lower, upper, **OSQP_SETTINGS)
+        self._workspace.update(q=q, Ax=A.ravel(order="F"), l=lower, u=upper)
+        self._workspace.warm_start(x=np.zeros(len(q)), y=np.zeros(len(A)))
         result = self._workspace.solve(raise_error=False)
-        message, iterations = f"osqp: {result.info.status}", int(result.info.iter)
         multipliers = np.array(result.y)
         if not np.isfinite(multipliers).all():
-            raise NoSolutionFound(message)
-        return Answer(_without_rounding(multipliers), message, iterations)
+            raise NoSolutionFound(result.info.status)
+        return _without_rounding(multipliers), f"osqp: {result.info.status}", int(result.info.iter)
 
 
 class ThroughQpsolvers:
@@ -131,12 +105,15 @@ class ThroughQpsolvers:
             warnings.simplefilter("ignore")
             solution = qpsolvers.solve_problem(program.problem(), solver=self.name)
         if not solution.found or solution.z is None:
-            raise NoSolutionFound(f"{self.name}: no solution")
+            raise NoSolutionFound("no solution")
         side, above, below = np.zeros(len(program.A)), np.isfinite(program.upper), np.isfinite(program.lower)
         count = int(np.count_nonzero(above))
         side[above] += solution.z[:count]
         side[below] -= solution.z[count:]
-        return Answer(_without_rounding(side), f"{self.name}: solved", 0)
+        return _without_rounding(side), f"{self.name}: solved", 0
+
+
+Solver: TypeAlias = DAQP | KeptOSQP | ThroughQpsolvers
 
 
 def find_solver(name: object) -> Solver:
@@ -156,12 +133,3 @@ def find_solver(name: object) -> Solver:
 
 def _without_rounding(multipliers: Array) -> Array:
     return np.where(np.abs(multipliers) > 1e-6 * np.abs(multipliers).max(), multipliers, 0.0)
-
-
-def _dense(matrix: Array) -> csc_matrix:
-    """Return a sparse matrix with every entry stored, zeros too."""
-    from scipy.sparse import csc_matrix
-
-    rows, columns = matrix.shape
-    indices, starts = np.tile(np.arange(rows), columns), rows * np.arange(columns + 1)
-    return csc_matrix((matrix.ravel(order="F"), indices, starts), shape=matrix.shape)

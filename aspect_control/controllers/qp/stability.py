@@ -14,9 +14,7 @@ _AT_REST = 1e-12
 """Part of the joint speed below which self-motion is rounding."""
 
 
-def self_motion_bound(
-    stability: str, v: Array, M_inv_Q: Array, free: Array, dt: float | None
-) -> tuple[Array, float]:
+def self_motion_bound(stability: str, v: Array, M_inv_B: Array, free: Array, dt: float | None) -> tuple[Array, float]:
     """Return u and the least u·θ̈ of the demand on the self-motion, (that) ≤ u·θ̈ ≤ 0.
 
     u is θ̇_H, the part of θ̇ in the null space of J; θ̇_H·θ̈_H = θ̇_H·θ̈, for J⁺b is orthogonal to that space. Without
@@ -25,19 +23,16 @@ def self_motion_bound(
     Args:
         stability: `"maciejewski"`, or `"dead-beat"` for −‖θ̇_H‖²/Δt ≤ θ̇_H·θ̈_H as well.
         v: Joint velocity θ̇, shape (n,), rad/s.
-        M_inv_Q: Basis of the null space of J, shape (n, r).
+        M_inv_B: Basis of the null space of J, shape (n, r).
         free: θ̈ of the torque that the cost asks for, shape (n,), rad/s².
         dt: Δt, s; None if it is not known.
-
-    Returns:
-        u, shape (n,), and the lower bound of u·θ̈, minus infinity for none.
 
     Raises:
         NotResetError: If `"dead-beat"` is asked for without Δt.
     """
     if stability == "dead-beat" and dt is None:
         raise NotResetError('qp with stability = "dead-beat" needs Δt: call reset(q, v, dt) before the first torque')
-    Z = np.linalg.qr(M_inv_Q)[0]
+    Z = np.linalg.qr(M_inv_B)[0]
     u: Array = Z @ (Z.T @ v)
     speed = float(np.linalg.norm(u))
     if speed <= _AT_REST * (1.0 + float(np.linalg.norm(v))):

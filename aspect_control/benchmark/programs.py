@@ -1,13 +1,13 @@
-"""Row group 5: the quadratic program with torque limits, by several solvers, at states of one motion.
+"""Row group 5: every tick of the quadratic program with torque limits, by several solvers, on one motion.
 
-The states are those of a motion at 1 kHz, gone through to and fro, so that a warm start is worth something. They are
-told apart by what the limits do there: leave the least torque as it is, hold it, or hold so much that the task has to
-be scaled back.
+The motion is one at 1 kHz, gone through to and fro. A tick costs more where the active limits change.
 """
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,46 +17,37 @@ from ..redundancy import Array
 from . import literal
 from .arms import Sample
 from .floor import floor
-from .timing import Call, Row, around, in_turn
+from .timing import Motion, Row, every_tick
 
 TIGHT = 0.9
 """Part of the largest torque that the unlimited law has on the motion, joint by joint, that the limit is."""
 
 SOLVERS = ("osqp", "daqp", "proxqp", "quadprog")
 
-FREE, HELD, SEARCHED, SCALED = (
-    "Panda, xyz: qp, no limit in the way",
-    "Panda, xyz: qp, a torque limit binds",
-    "Panda, xyz: qp, a torque limit binds, not known before",
-    "Panda, xyz: qp, the task scaled back",
-)
+FREE, TIGHT_LIMITS = "Panda, xyz: qp, no limit in the way", "Panda, xyz: qp, tight torque limits"
 """Groups of rows."""
 
 
 def programs(arm: Arm, rounds: int) -> list[Row]:
-    """Time a tick of `qp` with torque limits, and the same program through plain qpsolvers."""
+    """Time every tick of `qp` with torque limits, and the same program through plain qpsolvers.
+
+    Args:
+        arm: The arm.
+        rounds: How often the motion is gone through, to and fro.
+    """
     import qpsolvers
 
     motion = _along_a_motion(arm)
     free = controllers.create("null-space-vector", arm)
     limit = TIGHT * np.abs([free.torque(each.q, each.v, each.target) for each in motion]).max(axis=0) + 0.1
-    kept, scaled = _where_limits_bind(arm, motion, limit)
     solvers = [each for each in SOLVERS if each in qpsolvers.available_solvers]
+    samples = motion + motion[::-1]
     rows: list[Row] = []
-    for group, states, at in (
-        (FREE, motion, 10.0 * limit),
-        (HELD, kept, limit),
-        (SEARCHED, kept, limit),
-        (SCALED, scaled, limit),
-    ):
-        there_and_back = states + states[::-1]
-        calls = {"floor": around(floor(arm), there_and_back)}
-        for solver in solvers:
-            calls[solver] = _tick(arm, solver, at, there_and_back, afresh=group == SEARCHED)
-        if group in (FREE, HELD):
-            calls["plain qpsolvers, osqp"] = _plainly(arm, at, there_and_back)
-        seconds, note = in_turn(calls, rounds), f"{len(states)} states"
-        rows += [Row(group, each, seconds[each], seconds["floor"], "floor", note) for each in calls]
+    for group, at in ((FREE, 10.0 * limit), (TIGHT_LIMITS, limit)):
+        calls = {"floor": Motion(floor(arm)), "plain qpsolvers, osqp": Motion(_plainly(arm, at))}
+        calls |= {solver: _motion(arm, solver, at, motion[0]) for solver in solvers}
+        note = f"{len(motion)} states; {_outcomes(arm, at, samples)}"
+        rows += [replace(row, note=note) for row in every_tick(group, calls, samples, rounds * len(samples))]
     return rows
 
 
@@ -67,19 +58,12 @@ def not_installed() -> list[str]:
     return [each for each in SOLVERS if each not in qpsolvers.available_solvers]
 
 
-def _tick(arm: Arm, solver: str, limit: Array, states: list[Sample], *, afresh: bool) -> Call:
+def _motion(arm: Arm, solver: str, limit: Array, start: Sample) -> Motion:
     law = controllers.QPTorque(arm, solver=solver, torque_limit=limit)
-    law.reset(states[0].q, states[0].v, literal.DT)
-
-    def tick(each: Sample) -> object:
-        if afresh:
-            law.forget_limits_reached()
-        return law.torque(each.q, each.v, each.target)
-
-    return around(tick, states)
+    return Motion(lambda each: law.torque(each.q, each.v, each.target), lambda: law.reset(start.q, start.v, literal.DT))
 
 
-def _plainly(arm: Arm, limit: Array, states: list[Sample]) -> Call:
+def _plainly(arm: Arm, limit: Array) -> Callable[[Sample], object]:
     import qpsolvers
 
     law = controllers.QPTorque(arm, torque_limit=limit)
@@ -87,23 +71,20 @@ def _plainly(arm: Arm, limit: Array, states: list[Sample]) -> Call:
     def plainly(each: Sample) -> object:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return qpsolvers.solve_problem(law.problem(each.q, each.v, each.target), solver="osqp")
+            return qpsolvers.solve_problem(law.problem(arm.state(each.q, each.v), each.target), solver="osqp")
 
-    return around(plainly, states)
+    return plainly
 
 
-def _where_limits_bind(arm: Arm, motion: list[Sample], limit: Array) -> tuple[list[Sample], list[Sample]]:
-    """Return the states at which a limit changes the least torque, and those at which the task has to be scaled."""
-    law, free = controllers.QPTorque(arm, torque_limit=limit), controllers.create("null-space-vector", arm)
-    kept, scaled = [], []
-    for each in motion:
+def _outcomes(arm: Arm, limit: Array, samples: list[Sample]) -> str:
+    """Return how many of the ticks end without a call of a solver, and how many scale the task back."""
+    law, statuses = controllers.QPTorque(arm, torque_limit=limit), []
+    for each in samples:
         law.torque(each.q, each.v, each.target)
-        least = free.torque(each.q, each.v, each.target)
-        if law.status is not None and law.status.outcome == "scaled":
-            scaled.append(each)
-        elif np.any(np.abs(least) > limit):
-            kept.append(each)
-    return kept, scaled
+        statuses.append(law.status)
+    called = sum(status is not None and status.iterations > 0 for status in statuses)
+    scaled = sum(status is not None and status.outcome == "scaled" for status in statuses)
+    return f"{called} of {len(samples)} ticks call a solver, {scaled} scale the task back"
 
 
 def _along_a_motion(arm: Arm) -> list[Sample]:

@@ -91,7 +91,8 @@ def open_torques(
     m, n = J.shape
     U, singular_values, Vt = np.linalg.svd(J, True)
     kept = np.where(singular_values > RANK_TOLERANCE * singular_values[0], singular_values, np.inf)
-    J_pinv, Z = Vt[:m].T @ np.ascontiguousarray((U / kept).T), np.ascontiguousarray(Vt[m:].T)
+    J_pinv = np.ascontiguousarray(Vt[:m].T) @ np.ascontiguousarray((U / kept).T)
+    Z = np.ascontiguousarray(Vt[m:].T)
     # τ̃ − D M θ̇_H = s task + damped
     task, damped = M @ (J_pinv @ b), nle - damping * (M @ (v - J_pinv @ (J @ v)))
     MZ = M @ Z

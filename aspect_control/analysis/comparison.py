@@ -27,8 +27,8 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "inertia-weighted": {"name": "inertia-weighted"},
     "operational-space": {"name": "operational-space"},
     "qp": {"name": "qp"},
-    "qp-maciejewski": {"name": "qp", "stability": "maciejewski"},
-    "qp-dead-beat": {"name": "qp", "stability": "dead-beat"},
+    "qp-maciejewski": {"name": "qp", "damping": 0.0, "stability": "maciejewski"},
+    "qp-dead-beat": {"name": "qp", "damping": 0.0, "stability": "dead-beat"},
 }
 """The laws and their variants by label, each with the keys of its table in a scenario."""
 

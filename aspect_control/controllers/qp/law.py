@@ -16,7 +16,7 @@ from ...redundancy import Array
 from ...trajectories import Target
 from ..base import TaskSpaceController
 from .limits import JointLimits
-from .program import TOLERANCE, Rows, minimum_on_bounds, open_torques, torque_on_bounds
+from .program import TOLERANCE, Program, Rows, minimum_on_bounds, open_torques, program_of_rows, torque_on_bounds
 from .solvers import DAQP, NoSolutionFound, find_solver
 from .stability import STABILITIES, self_motion_bound
 
@@ -92,7 +92,6 @@ class QPTorque(TaskSpaceController):
        arm at any λ > 0; a joint whose limit is below its own gravity torque gets what it has.
 
     No failure of a solver leaves `torque` as an exception, and a torque depends on the sample and on `memory` alone.
-
     `stability` asks of the self-motion:
 
     - `"maciejewski"`: θ̇_H·θ̈_H ≤ 0, Eq. (12) as a half-space. With one redundant degree of freedom and D = 0 this is the
@@ -182,8 +181,7 @@ class QPTorque(TaskSpaceController):
         """Return the quadratic program of a sample, as it is solved where the free torque breaks a limit.
 
         Its unknown is x = (ζ, σ), shape (r + 1,), N m: τ = B ζ + s c + d, with B, c and d of `program.open_torques` and
-        σ a multiple of s. P is the identity, q is the weight of σ, and G x ≤ h holds the upper limits, then the lower
-        ones, each with that of σ as its last.
+        σ a multiple of s. G x ≤ h holds the upper limits, then the lower ones, each with that of σ as its last.
 
         Args:
             state: The arm's state, `arm.state(q, v)`.
@@ -195,7 +193,7 @@ class QPTorque(TaskSpaceController):
         """
         self.require_target(target)
         memory, terms = self.memory or QPMemory(), self._terms(state, target)
-        return self._rows(state, memory, *open_torques(*terms)).program().problem()
+        return Program(*program_of_rows(*self._rows(state, memory, *open_torques(*terms)))).problem()
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m, and remember how it came about."""
@@ -229,7 +227,7 @@ class QPTorque(TaskSpaceController):
         limit, rows = self.limits.torque, self._rows(state, memory, B, c, d)
         if (rows.lower <= rows.g).all() and (rows.g <= rows.upper).all():
             return c + d, _FREE, memory.side
-        program, messages, iterations = rows.program(), list[str](), 0
+        program, messages, iterations = Program(*program_of_rows(*rows)), list[str](), 0
         for solver in self._solvers:
             try:
                 side, message, count = solver.solve(program)
@@ -284,6 +282,5 @@ class QPTorque(TaskSpaceController):
 
 
 def _status(s: float, message: str, iterations: int) -> QPStatus:
-    if s < 1.0 - TOLERANCE:
-        return QPStatus("scaled", max(s, 0.0), message, iterations)
-    return QPStatus("optimal", 1.0, message, iterations)
+    kept = s >= 1.0 - TOLERANCE
+    return QPStatus("optimal" if kept else "scaled", 1.0 if kept else max(s, 0.0), message, iterations)

@@ -60,12 +60,10 @@ class JointLimits:
         Returns:
             Lower and upper bounds of θ̈, shapes (n,), rad/s²; lower ≤ upper, infinite where nothing bounds it.
         """
-        below, above = -self.speed - v, self.speed - v
-        slowest = np.clip(below / np.where(below <= 0.0, dt, horizon), -self.acceleration, self.acceleration)
-        fastest = np.clip(above / np.where(above >= 0.0, dt, horizon), -self.acceleration, self.acceleration)
-        damping = 2.0 * v / horizon
-        leftmost = (self.lower - position) / horizon**2 - damping
-        rightmost = (self.upper - position) / horizon**2 - damping
+        below, above, largest = -self.speed - v, self.speed - v, self.acceleration
+        slowest = np.clip(below / np.where(below <= 0.0, dt, horizon), -largest, largest)
+        fastest = np.clip(above / np.where(above >= 0.0, dt, horizon), -largest, largest)
+        leftmost, rightmost = ((end - position) / horizon**2 - 2.0 * v / horizon for end in (self.lower, self.upper))
         return np.clip(leftmost, slowest, fastest), np.clip(rightmost, slowest, fastest)
 
 

@@ -37,10 +37,6 @@ class Rows(NamedTuple):
         factor = 1.0 / np.maximum(length, 1e-3 * length.max()) if length.any() else np.ones(len(length))
         return Rows(self.A * factor[:, None], self.g * factor, self.lower * factor, self.upper * factor)
 
-    def program(self) -> Program:
-        """Return the program of these limits."""
-        return Program(*program_of_rows(*self))
-
 
 class Program(NamedTuple):
     """Minimise ½‖x‖² + qᵀx over x = (ζ, σ), shape (r + 1,), subject to lower ≤ A x ≤ upper.

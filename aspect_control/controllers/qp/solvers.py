@@ -29,7 +29,6 @@ _GENTLE = 1e-5
 _INFINITY = 1e30
 """Bounds beyond this are none to OSQP and to DAQP."""
 
-
 Answer: TypeAlias = tuple[Array, str, int]
 """The `side` of `minimum_on_bounds`, the solver's own words, and its iterations, 0 if it does not tell."""
 
@@ -107,9 +106,8 @@ class ThroughQpsolvers:
         if not solution.found or solution.z is None:
             raise NoSolutionFound("no solution")
         side, above, below = np.zeros(len(program.A)), np.isfinite(program.upper), np.isfinite(program.lower)
-        count = int(np.count_nonzero(above))
-        side[above] += solution.z[:count]
-        side[below] -= solution.z[count:]
+        side[above] += solution.z[: np.count_nonzero(above)]
+        side[below] -= solution.z[np.count_nonzero(above) :]
         return _without_rounding(side), f"{self.name}: solved", 0
 
 

@@ -10,9 +10,6 @@ from ...redundancy import Array
 STABILITIES = ("none", "maciejewski", "dead-beat")
 """What may be asked of the self-motion."""
 
-_AT_REST = 1e-12
-"""Part of the joint speed below which self-motion is rounding."""
-
 
 def self_motion_bound(stability: str, v: Array, M_inv_B: Array, free: Array, dt: float | None) -> tuple[Array, float]:
     """Return u and the least u·θ̈ of the demand on the self-motion, (that) ≤ u·θ̈ ≤ 0.
@@ -35,6 +32,6 @@ def self_motion_bound(stability: str, v: Array, M_inv_B: Array, free: Array, dt:
     Z = np.linalg.qr(M_inv_B)[0]
     u: Array = Z @ (Z.T @ v)
     speed = float(np.linalg.norm(u))
-    if speed <= _AT_REST * (1.0 + float(np.linalg.norm(v))):
+    if speed <= 1e-12 * (1.0 + float(np.linalg.norm(v))):  # rounding
         u, speed = Z @ (Z.T @ free), 0.0
     return u, -np.inf if dt is None or stability == "maciejewski" else -(speed**2) / dt

@@ -136,11 +136,11 @@ def minimum_on_bounds(q: Vector, A: Matrix, lower: Vector, upper: Vector, side: 
     held = np.flatnonzero(side)
     W, sign, x, violation = A[held], np.sign(side[held]), -q, 0.0
     if len(held) > 0:
-        bounds, gram = np.where(sign > 0.0, upper[held], lower[held]), W @ W.T
-        mu = np.linalg.solve(gram, W @ x - bounds)
+        bounds, gram_inv = np.where(sign > 0.0, upper[held], lower[held]), np.linalg.inv(W @ W.T)
+        mu = gram_inv @ (W @ x - bounds)
         x = x - W.T @ mu
         # The large linear cost has left its rounding.
-        x = x - W.T @ np.linalg.solve(gram, W @ x - bounds)
+        x = x - W.T @ (gram_inv @ (W @ x - bounds))
         violation = float(np.max(-sign * mu) / (1.0 + np.max(np.abs(x)) + 1e-6 * np.max(np.abs(mu))))
     values = A @ x
     return x, max(violation, float(np.max(np.maximum(lower - values, values - upper) / (1.0 + np.abs(values)))))

@@ -13,17 +13,17 @@ from .program import TASK_WEIGHT, Program
 
 OSQP_SETTINGS = {
     "verbose": False,
-    "max_iter": 200,
+    "max_iter": 100,
     "check_termination": 20,
     "eps_abs": 1e-7,
     "eps_rel": 1e-7,
-    "rho": 10.0,
+    "rho": 100.0,
     "adaptive_rho": 0,
     "scaling": 0,
 }
 """OSQP's settings. What it adapts or scales by itself would make an answer depend on the programs before."""
 
-_GENTLE = 1e-5
+_GENTLE = 1e-4
 """Part of the task's weight that OSQP is given: it converges slowly on what is nearly a linear program."""
 
 _INFINITY = 1e30
@@ -70,13 +70,13 @@ class KeptOSQP:
 
     def solve(self, program: Program) -> Answer:
         """Return the bounds that hold the minimum; near it, if the iterations do not suffice."""
-        import osqp
-        from scipy.sparse import csc_matrix
-
         q, A, lower, upper = program
         size = -q[-1] / TASK_WEIGHT
         q, lower, upper = q * (_GENTLE / size), lower / size, upper / size
         if self._workspace is None:
+            import osqp
+            from scipy.sparse import csc_matrix
+
             P, pattern = csc_matrix(np.eye(len(q))), csc_matrix(np.ones(A.shape))
             self._workspace = osqp.OSQP()
             self._workspace.setup(P, q, pattern, lower, upper, **OSQP_SETTINGS)

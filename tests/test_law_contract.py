@@ -15,7 +15,7 @@ from aspect_control import Arm, Target, controllers, criteria
 from aspect_control.controllers import TaskSpaceController
 from aspect_control.exceptions import AspectControlError, NonFiniteError, ParameterError, ShapeError
 
-LAWS = [n for n in controllers.available() if n != "qp"]
+LAWS = controllers.available()
 DT = 1e-3
 BAD_CALLS = 100_000
 

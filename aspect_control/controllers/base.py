@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from inspect import signature
 from typing import Any, ClassVar
 
 import numpy as np
@@ -29,12 +30,17 @@ class Controller(ABC):
         name: Name in the registry.
         switches: Whether the law turns its null-space term on and off.
         arm: The arm.
+        kp: Position gain K_p, 1/s², a square matrix, read-only.
+        kv: Velocity gain K_v, 1/s, a square matrix, read-only.
         memory: What the law remembers of the motion; None for a law without memory, and before `reset`.
     """
 
     name: ClassVar[str]
     switches: ClassVar[bool] = False
     memory: Any = None
+    kp: Array
+    kv: Array
+    _parameter_names: ClassVar[frozenset[str]] = frozenset()
 
     def __init__(self, arm: Arm, gain_dim: int, kp: ArrayLike, kv: ArrayLike) -> None:
         """Set the arm and the gains.
@@ -59,17 +65,18 @@ class Controller(ABC):
                 f"{arm.name!r} has {arm.nv} joints; give a task of at most {arm.nv - 1} coordinates"
             )
         self.arm = arm
-        self._kp, self._kv = gain_matrix("kp", kp, gain_dim), gain_matrix("kv", kv, gain_dim)
+        self.kp, self.kv = gain_matrix("kp", kp, gain_dim), gain_matrix("kv", kv, gain_dim)
 
-    @property
-    def kp(self) -> Array:
-        """Position gain K_p, 1/s², a square matrix; read-only, as a law keeps the parameters that it was made with."""
-        return self._kp
+    def __init_subclass__(cls) -> None:
+        """Note the names of the law's parameters."""
+        super().__init_subclass__()
+        cls._parameter_names = frozenset(signature(cls).parameters)
 
-    @property
-    def kv(self) -> Array:
-        """Velocity gain K_v, 1/s, a square matrix; read-only."""
-        return self._kv
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Set an attribute; a parameter is set once, when the law is made, so that what is recorded is what counts."""
+        if name in self._parameter_names and name in self.__dict__:
+            raise AttributeError(f"{self.name}: {name} is fixed when a law is made; make another with {name}={value!r}")
+        super().__setattr__(name, value)
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -169,7 +176,7 @@ class Controller(ABC):
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Take over what was pickled or copied, with its arrays read-only again."""
         self.__dict__.update(state)
-        for gain in (self._kp, self._kv):
+        for gain in (self.kp, self.kv):
             gain.setflags(write=False)
 
 
@@ -199,9 +206,7 @@ class TaskSpaceController(Controller):
         overrides this method uses what that returns.
         """
         error = self.arm.coordinates.error(target.x, state.x)
-        b: Array = commanded_acceleration(
-            state.J, state.drift, state.v, error, target.dx, target.ddx, self._kp, self._kv
-        )
+        b: Array = commanded_acceleration(state.J, state.drift, state.v, error, target.dx, target.ddx, self.kp, self.kv)
         return b
 
 

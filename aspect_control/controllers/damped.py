@@ -12,7 +12,11 @@ from .base import TaskSpaceController
 
 
 class DampedController(TaskSpaceController):
-    """A task-space law with a rate at which the self-motion is damped."""
+    """A task-space law with a rate at which the self-motion is damped.
+
+    Attributes:
+        damping: D, 1/s.
+    """
 
     def __init__(self, arm: Arm, *, kp: ArrayLike = 100.0, kv: ArrayLike = 20.0, damping: float = 10.0) -> None:
         """Set the arm, the task-space gains and the damping.
@@ -30,12 +34,7 @@ class DampedController(TaskSpaceController):
             ParameterError: If a gain or the damping is negative.
         """
         super().__init__(arm, kp=kp, kv=kv)
-        self._damping = non_negative("damping", damping, "1/s")
-
-    @property
-    def damping(self) -> float:
-        """D, 1/s."""
-        return self._damping
+        self.damping = non_negative("damping", damping, "1/s")
 
     @property
     def parameters(self) -> dict[str, Any]:

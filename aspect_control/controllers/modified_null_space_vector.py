@@ -54,12 +54,7 @@ class ModifiedNullSpaceVector(TaskSpaceController):
             ParameterError: If a gain is negative.
         """
         super().__init__(arm, kp=kp, kv=kv)
-        self._switching = known_name(switching, SWITCHINGS, "switching")
-
-    @property
-    def switching(self) -> str:
-        """How the null-space term is switched."""
-        return self._switching
+        self.switching = known_name(switching, SWITCHINGS, "switching")
 
     @property
     def parameters(self) -> dict[str, Any]:

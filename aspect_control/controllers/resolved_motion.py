@@ -50,11 +50,14 @@ class ResolvedMotion(Controller):
     mechanisms", IEEE Transactions on Systems, Man, and Cybernetics 7 (1977), with the computed torque of the paper.
 
     Attributes:
+        kappa: κ, the weight of the criterion.
+        criterion: The criterion H; None for κ = 0, where none is needed.
         memory: The commanded joint motion, a `JointMotion`.
     """
 
     name = "resolved-motion"
     memory: JointMotion | None = None
+    criterion: Criterion | None
 
     def __init__(
         self,
@@ -84,27 +87,16 @@ class ResolvedMotion(Controller):
             TooManyMinorsError: If the criterion needs more minors than can be handled.
         """
         super().__init__(arm, arm.nv, kp, kv)
-        self._kappa = non_negative("kappa", kappa)
-        self._criterion: Criterion | None = None
+        self.kappa = non_negative("kappa", kappa)
         self._specification: str | dict[str, Any]
-        if self._kappa == 0.0 and isinstance(criterion, str):
+        if self.kappa == 0.0 and isinstance(criterion, str):
             # Only looked up: the arm may have more minors than the criterion, which is not used, can handle.
             criteria.find(criterion)
-            self._specification = criterion
+            self._specification, self.criterion = criterion, None
         else:
             made = criteria.make(arm, criterion)
             self._specification = criteria.specification(made)
-            self._criterion = made if self._kappa > 0.0 else None
-
-    @property
-    def kappa(self) -> float:
-        """κ, the weight of the criterion."""
-        return self._kappa
-
-    @property
-    def criterion(self) -> Criterion | None:
-        """The criterion H; None for κ = 0, where none is needed."""
-        return self._criterion
+            self.criterion = made if self.kappa > 0.0 else None
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -125,7 +117,7 @@ class ResolvedMotion(Controller):
         v_d_next = resolved_velocity(state.J, target.dx, self.kappa, self._gradient(state))
         self.memory = JointMotion(self.arm.integrate(q_d, v_d * dt), v_d_next, v_d, dt)
         error = self.arm.difference(state.q, q_d)
-        return computed_torque(state.M, state.nle, state.v, v_d, v_d_before, dt, self._kv, self._kp, error)
+        return computed_torque(state.M, state.nle, state.v, v_d, v_d_before, dt, self.kv, self.kp, error)
 
     def _gradient(self, state: ArmState) -> Array:
         if self.criterion is None:

@@ -145,7 +145,9 @@ class QPTorque(TaskSpaceController):
                 not below the upper, or the robot's description has no such limit.
         """
         super().__init__(arm, kp=kp, kv=kv)
-        self.limits = JointLimits(arm, torque_limit, speed_limit, position_limit, acceleration_limit)
+        self.limits = limits = JointLimits(arm, torque_limit, speed_limit, position_limit, acceleration_limit)
+        self.torque_limit, self.speed_limit, self.acceleration_limit = limits.torque, limits.speed, limits.acceleration
+        self.position_limit = limits.lower, limits.upper
         self.damping = non_negative("damping", damping, "1/s")
         self.horizon = positive("horizon", horizon, "s")
         if stability not in STABILITIES:
@@ -153,7 +155,7 @@ class QPTorque(TaskSpaceController):
         self.stability = stability
         self._torque_limits_alone = stability == "none" and not self.limits.bound_acceleration
         self._nothing_held = np.zeros(arm.nv + 1)
-        chosen = find_solver(solver)
+        self.solver, chosen = solver, find_solver(solver)
         self._solvers = (chosen,) if isinstance(chosen, DAQP) else (chosen, DAQP())
 
     @property
@@ -161,7 +163,7 @@ class QPTorque(TaskSpaceController):
         """The law's parameters; see `Controller.parameters`."""
         return {
             **super().parameters,
-            "solver": self._solvers[0].name,
+            "solver": self.solver,
             **self.limits.parameters,
             "damping": self.damping,
             "horizon": self.horizon,

@@ -91,7 +91,7 @@ def _of_file(name: str, value: str, of_file: Array | None, expected: str) -> Arr
 
 
 def _numbers(name: str, value: Any, size: int | None) -> Array:
-    count = "" if size is None else f" of {size} numbers"
+    count = " of numbers" if size is None else f" of {size} numbers"
     numbers = np.atleast_1d(real_array(name, value, f"a number or a vector{count}"))
     if numbers.ndim != 1 or len(numbers) == 0 or (size is not None and len(numbers) not in (1, size)):
         raise ShapeError(f"{name} must be a number or a vector{count}, got shape {numbers.shape}")

@@ -89,7 +89,7 @@ def test_a_number_beyond_the_floats_is_refused(call, number):
 
 @pytest.mark.parametrize("call", ARRAYS.values(), ids=ARRAYS)
 def test_a_number_beyond_the_floats_in_an_array_is_refused(call):
-    with pytest.raises(ShapeError, match=r"of numbers, got \[*1000"):
+    with pytest.raises(ShapeError, match=r"of (3 )?numbers, got \[*1000"):
         call(10**400)
 
 

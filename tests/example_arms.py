@@ -6,8 +6,8 @@ import numpy as np
 import pinocchio as pin
 
 from aspect_control import Arm
-from aspect_control.chain import is_prismatic
-from aspect_control.examples import load_example_model
+from aspect_control.arm.chain import is_prismatic
+from aspect_control.arm.sources.examples import load_example_model
 
 # One arm of every kind: fingers, a second arm, legs, mimic joints, continuous joints (nq != nv), a prismatic torso,
 # wheels, a hand.

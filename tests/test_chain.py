@@ -16,10 +16,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from aspect_control import Arm, Run, StraightLine, controllers, simulate
-from aspect_control.chain import position_limits
-from aspect_control.examples import find_example
+from aspect_control.arm.chain import position_limits
+from aspect_control.arm.sources.examples import find_example
+from aspect_control.arm.sources.urdf import mimic_joints, read_urdf
 from aspect_control.exceptions import AspectControlError, JointNotFoundError, ModelError, ParameterError, ShapeError
-from aspect_control.urdf import mimic_joints, read_urdf
 
 WORLD_ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 READY = [0.0, -np.pi / 4, 0.0, -3.0 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4]

@@ -14,7 +14,7 @@ import pytest
 
 import aspect_control as ac
 from aspect_control import controllers
-from aspect_control.examples import end_frames, example_names, example_overview, load_example_model
+from aspect_control.arm.sources.examples import end_frames, example_names, example_overview, load_example_model
 from aspect_control.resources import scenario_paths
 
 COMMAND = str(Path(sys.executable).with_name("aspect-control"))

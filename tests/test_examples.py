@@ -9,7 +9,7 @@ from conftest import seven_joint_urdf
 from example_arms import FRAMES, example_arm, whole_model
 
 from aspect_control import Arm
-from aspect_control.examples import (
+from aspect_control.arm.sources.examples import (
     end_frames,
     example_names,
     example_overview,

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aspect_control import Arm
+from aspect_control.arm.inertia import require_possible
 from aspect_control.exceptions import ModelError
-from aspect_control.inertia import require_possible
 
 URDF = seven_joint_urdf()
 BOX = 'ixx="0.02" ixy="0.001" ixz="-0.002" iyy="0.05" iyz="0.003" izz="0.06"'

@@ -20,7 +20,7 @@ from tornado.websocket import websocket_connect
 
 import aspect_control as ac
 from aspect_control import views
-from aspect_control.examples import find_example
+from aspect_control.arm.sources.examples import find_example
 from aspect_control.exceptions import (
     DrawingWarning,
     NonFiniteError,

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from aspect_control import Arm, Run, StraightLine, controllers, simulate
-from aspect_control.examples import find_example
+from aspect_control.arm.sources.examples import find_example
 from aspect_control.exceptions import OutputError, RunFileError
 from aspect_control.resources import model_path
 from aspect_control.simulation import Diverged, RunInfo

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from aspect_control import Arm, Target, controllers
+from aspect_control.arm.tasks import AXES, NAMED_TASKS, Task, task_of_value
 from aspect_control.exceptions import NonFiniteError, ShapeError, TaskError
 from aspect_control.redundancy import task_acceleration
-from aspect_control.tasks import AXES, NAMED_TASKS, Task, task_of_value
 
 TASKS = {
     "xy": ("x", "y"),

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
+from aspect_control.arm.tasks import Task
 from aspect_control.exceptions import NonFiniteError, ParameterError, ShapeError, UnknownNameError
-from aspect_control.tasks import Task
 from aspect_control.trajectories import PROFILES, Circle, Hold, StraightLine, Target, Trajectory, Waypoints
 from aspect_control.trajectories.rotation_vector import angular_motion
 

@@ -3,9 +3,9 @@
 import pytest
 
 from aspect_control import Arm
-from aspect_control.examples import find_example, load_example_model
+from aspect_control.arm.sources.examples import find_example, load_example_model
+from aspect_control.arm.visuals import visual_geometry
 from aspect_control.exceptions import ModelError
-from aspect_control.visuals import visual_geometry
 
 
 @pytest.mark.parametrize(

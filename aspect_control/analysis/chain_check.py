@@ -10,8 +10,8 @@ import numpy as np
 import pinocchio as pin
 
 from ..arm import Arm
-from ..chain import joints_to_lock, require_frame
-from ..examples import end_frames, example_names, load_example_model
+from ..arm.chain import joints_to_lock, require_frame
+from ..arm.sources.examples import end_frames, example_names, load_example_model
 from ..exceptions import AspectControlError
 from ..redundancy import Array
 

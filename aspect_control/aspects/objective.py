@@ -8,10 +8,10 @@ from typing import Any, Protocol, TypeAlias, runtime_checkable
 import numpy as np
 
 from ..arm import Arm, ArmState
+from ..arm.tasks import TaskValue
 from ..criteria import make
 from ..exceptions import ParameterError
 from ..redundancy import Array
-from ..tasks import TaskValue
 from .postures import jacobian, project, task_error
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..arm import Arm
+from ..arm.tasks import TaskValue
 from ..exceptions import ParameterError
 from ..redundancy import Array, pseudoinverse
-from ..tasks import TaskValue
 
 TASK_TOLERANCE = 1e-12
 """Task error at which a posture counts as one of the task value, m and rad."""

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import Arm
+from ..arm.tasks import TaskValue
 from ..checks import finite_vector, positive, whole_number
 from ..exceptions import NotRedundantError, UnreachableError
 from ..redundancy import Array, aspect_signature, minor_measure, minors, null_space_basis
-from ..tasks import TaskValue
 from .postures import into_limits, jacobian, project, sampling_range, task_error
 
 MAX_COUNT = 1_000_000

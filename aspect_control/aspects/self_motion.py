@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arm import Arm
+from ..arm.tasks import TaskValue
 from ..checks import positive
 from ..exceptions import ParameterError, RankLossError
 from ..redundancy import Array, minor_measure, minors, null_vector, pseudoinverse
-from ..tasks import TaskValue
 from .crossings import (
     AspectInterval,
     BorderCrossing,

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import BORDER_TOLERANCE, Arm
+from ..arm.tasks import TaskValue
 from ..exceptions import ParameterError, RankLossError
 from ..redundancy import Array, minors
-from ..tasks import TaskValue
 from .objective import Criterion, Objective
 from .postures import into_limits, jacobian, task_error, turned
 from .sampling import SelfMotionSample, sample_self_motion, search_box

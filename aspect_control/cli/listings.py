@@ -8,7 +8,7 @@ from .application import app
 @app.command()
 def robots() -> None:
     """List the example robots: joints, and the frames that end a chain."""
-    from ..examples import example_names, example_overview
+    from ..arm.sources.examples import example_names, example_overview
     from ..views.screen import show_table
 
     rows = [example_overview(name) for name in example_names()]

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import Arm
+from ..arm.tasks import TaskValue
 from ..checks import positive
 from ..exceptions import ParameterError
 from ..limits import joint_limit
 from ..redundancy import Array, manipulability
-from ..tasks import TaskValue
 from ..trajectories import Target
 
 

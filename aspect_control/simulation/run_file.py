@@ -14,8 +14,8 @@ from zipfile import ZipFile
 import numpy as np
 
 from ..arm import Arm
+from ..arm.description import ArmDescription
 from ..checks import file_path, positive
-from ..description import ArmDescription
 from ..exceptions import AspectControlError, OutputError, RunFileError, shown
 from ..files import atomic_path
 from ..redundancy import Array

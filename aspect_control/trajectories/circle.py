@@ -7,10 +7,10 @@ from itertools import permutations
 
 import numpy as np
 
+from ..arm.tasks import POSITION_AXES, Task
 from ..checks import finite_number, known_name, positive
 from ..exceptions import ParameterError
 from ..redundancy import Array
-from ..tasks import POSITION_AXES, Task
 from .path import PathTrajectory
 from .profiles import Progress, find_profile
 

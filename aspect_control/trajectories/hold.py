@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..arm.tasks import Task
 from ..checks import positive
 from ..redundancy import Array
-from ..tasks import Task
 from .path import PathTrajectory
 from .profiles import Progress
 

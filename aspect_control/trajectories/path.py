@@ -7,10 +7,10 @@ from abc import abstractmethod
 import numpy as np
 import pinocchio as pin
 
+from ..arm.tasks import Task, TaskValue, task_of_value
 from ..checks import LARGEST, finite_number, finite_vector, require_finite
 from ..exceptions import ShapeError
 from ..redundancy import Array
-from ..tasks import Task, TaskValue, task_of_value
 from .profiles import UNIFORM, Profile, Progress
 from .target import Target, target_of_rows
 from .trajectory import Trajectory

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arm.tasks import Task
 from ..checks import finite_vector, positive
 from ..redundancy import Array
-from ..tasks import Task
 from .path import PathTrajectory
 from .profiles import Progress, find_profile
 

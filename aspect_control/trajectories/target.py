@@ -7,10 +7,10 @@ from typing import Any
 
 import pinocchio as pin
 
+from ..arm.tasks import TaskValue, task_of_value
 from ..checks import finite_vector
 from ..exceptions import ShapeError
 from ..redundancy import Array
-from ..tasks import TaskValue, task_of_value
 
 _set = object.__setattr__
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
-from ..tasks import Task, TaskValue
+from ..arm.tasks import Task, TaskValue
 from .target import Target
 
 

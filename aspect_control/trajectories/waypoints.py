@@ -7,10 +7,10 @@ from bisect import bisect_right
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arm.tasks import AXES, POSITION_AXES, Task
 from ..checks import finite_vector, positive, real_array, require_finite
 from ..exceptions import ParameterError, ShapeError
 from ..redundancy import Array
-from ..tasks import AXES, POSITION_AXES, Task
 from .path import PathTrajectory
 from .profiles import SAME_INSTANT, Progress
 from .rotation_vector import angular_motion

@@ -9,9 +9,9 @@ import numpy as np
 
 from ..analysis import minor_zero_crossings
 from ..arm import Arm
+from ..arm.tasks import AXES, POSITION_AXES
 from ..redundancy import Array
 from ..simulation import Run
-from ..tasks import AXES, POSITION_AXES
 from .style import COLOURS, DASHES
 
 STICK_INTERVAL = 0.1

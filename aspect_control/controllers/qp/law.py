@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...arm import Arm
-from ...arm_state import ArmState
+from ...arm import Arm, ArmState
 from ...checks import non_negative, positive
 from ...exceptions import UnknownNameError
 from ...redundancy import Array

@@ -11,9 +11,9 @@ from meshcat import geometry as shapes
 from pinocchio.visualize import MeshcatVisualizer
 
 from ...arm import Arm
+from ...arm.visuals import visual_geometry
 from ...exceptions import ModelError
 from ...redundancy import Array
-from ...visuals import visual_geometry
 
 _STICK = shapes.MeshLambertMaterial(color=0xB8BEC6)
 

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import pinocchio as pin
 
-from .checks import known_name
-from .exceptions import ModelError
-from .resources import model_path
+from ...checks import known_name
+from ...exceptions import ModelError
+from ...resources import model_path
 from .urdf import parse_urdf, read_urdf
 
 OWN_ROBOTS = {"planar3r": "planar3r.urdf"}

@@ -12,8 +12,8 @@ from typing import Any
 
 import pinocchio as pin
 
-from .checks import file_path, unicode_text
-from .exceptions import ModelError
+from ...checks import file_path, unicode_text
+from ...exceptions import ModelError
 
 
 def read_urdf(path: str | os.PathLike[str]) -> str:

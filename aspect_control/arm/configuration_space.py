@@ -9,10 +9,10 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
+from ..checks import finite_vector
+from ..exceptions import ParameterError
+from ..redundancy import Array
 from .chain import NO_LIMIT, is_prismatic, joint_position, position_limits, unit_hint
-from .checks import finite_vector
-from .exceptions import ParameterError
-from .redundancy import Array
 
 
 class ConfigurationSpace:

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from .exceptions import ModelError
-from .redundancy import Array
+from ..exceptions import ModelError
+from ..redundancy import Array
 
 _ROUNDING = 1e-9
 """Part of the largest principal moment by which rounding may break the triangle inequality."""

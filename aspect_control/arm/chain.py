@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from .checks import finite_number, known_name
-from .exceptions import FrameNotFoundError, JointNotFoundError, ModelError, ParameterError
-from .redundancy import Array
+from ..checks import finite_number, known_name
+from ..exceptions import FrameNotFoundError, JointNotFoundError, ModelError, ParameterError
+from ..redundancy import Array
 
 NO_LIMIT = 1e300
 """Magnitude from which a limit of a `pin.Model` means none."""

@@ -13,16 +13,16 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
+from ..exceptions import ModelError, TooManyMinorsError
+from ..redundancy import MAX_MINORS, Array, minors, structural_minor_columns
 from .arm_state import ArmState
 from .chain import joints_to_lock, reduce_model
-from .chain_record import record_chain
 from .description import ArmDescription
-from .exceptions import ModelError, TooManyMinorsError
 from .inertia import require_possible_bodies
-from .redundancy import MAX_MINORS, Array, minors, structural_minor_columns
+from .sources.pinocchio_model import record_chain
+from .sources.urdf import mimic_joints, parse_urdf, read_urdf
 from .task_chain import TaskChain
 from .tasks import Task
-from .urdf import mimic_joints, parse_urdf, read_urdf
 
 __all__ = ["BORDER_TOLERANCE", "Arm", "ArmState"]
 
@@ -172,7 +172,7 @@ class Arm(TaskChain):
             UnknownNameError: If there is no such robot.
             AspectControlError: As for `from_urdf`.
         """
-        from .examples import find_example, load_example_model
+        from .sources.examples import find_example, load_example_model
 
         robot = find_example(name)
         if robot.path.suffix == ".sdf":

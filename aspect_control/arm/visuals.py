@@ -6,10 +6,10 @@ from typing import Any
 
 import pinocchio as pin
 
+from ..exceptions import ModelError
 from .arm import Arm
 from .chain import joints_to_lock, reduce_geometry
-from .exceptions import ModelError
-from .urdf import mimic_joints
+from .sources.urdf import mimic_joints
 
 
 def visual_geometry(arm: Arm) -> Any:

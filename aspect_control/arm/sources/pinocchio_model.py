@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from .checks import finite_vector
-from .exceptions import ModelError
-from .inertia import require_possible
-from .redundancy import Array
+from ...checks import finite_vector
+from ...exceptions import ModelError
+from ...redundancy import Array
+from ..inertia import require_possible
 
 _ALIGNED = ("RX", "RY", "RZ", "RUBX", "RUBY", "RUBZ", "PX", "PY", "PZ")
 _UNBOUNDED_UNALIGNED = "JointModelRevoluteUnboundedUnaligned"

@@ -9,11 +9,11 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from .chain_record import ChainRecord, build_chain
-from .checks import file_path, finite_number, finite_vector, unicode_text
-from .exceptions import ModelError, ParameterError, shown
+from ..checks import file_path, finite_number, finite_vector, unicode_text
+from ..exceptions import ModelError, ParameterError, shown
+from .sources.pinocchio_model import ChainRecord, build_chain
+from .sources.urdf import parse_urdf
 from .tasks import Task
-from .urdf import parse_urdf
 
 
 @dataclass(frozen=True)

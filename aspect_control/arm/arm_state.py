@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from .redundancy import Array
+from ..redundancy import Array
 from .tasks import TaskValue
 
 

@@ -10,9 +10,9 @@ from typing import Any, TypeAlias
 import numpy as np
 import pinocchio as pin
 
-from .checks import finite_vector
-from .exceptions import NonFiniteError, ShapeError, TaskError
-from .redundancy import Array
+from ..checks import finite_vector
+from ..exceptions import NonFiniteError, ShapeError, TaskError
+from ..redundancy import Array
 
 POSITION_AXES = ("x", "y", "z")
 """The coordinates of a frame's position in the world frame, m."""

@@ -17,13 +17,13 @@ from pinocchio import (
     updateFramePlacement,
 )
 
+from ..checks import finite_vector
+from ..exceptions import ModelError
+from ..redundancy import Array
 from .arm_state import ArmState
 from .chain import require_frame
-from .checks import finite_vector
 from .configuration_space import ConfigurationSpace
-from .exceptions import ModelError
 from .hessian import frame_kinematic_hessian
-from .redundancy import Array
 from .tasks import Task, TaskValue
 
 _WORLD_ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED

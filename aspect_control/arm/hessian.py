@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import getFrameKinematicHessian
 
-from .redundancy import Array
+from ..redundancy import Array
 
 _WORLD_ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 

@@ -219,11 +219,11 @@ def test_hardly_any_random_start_is_on_the_border(robot, task):
 def test_minors_are_described_by_number_and_joints():
     arm = example_arm("panda")
     numbers = arm.minors_on_border(READY)[:2]
-    described = arm.describe_minors(numbers).split("; ")
+    described = arm.minors.describe(numbers).split("; ")
     for index, text in zip(numbers, described, strict=True):
         joints = ", ".join(f"panda_joint{column + 1}" for column in sorted(arm.minor_columns[index]))
         assert text == f"{index + 1} ({joints})"
-    assert arm.describe_minors([]) == ""
+    assert arm.minors.describe([]) == ""
 
 
 @pytest.mark.parametrize(("task", "zeros", "count"), [("xyz", 10, 19), ("pose", 3, 7)])
@@ -234,7 +234,7 @@ def test_jmdc_warns_of_a_start_on_the_border(task, zeros, count):
         controller.reset(READY, np.zeros(7), DT)
     message = str(caught[0].message)
     assert len(caught) == 1
-    assert message.endswith(arm.describe_minors(arm.minors_on_border(READY)))
+    assert message.endswith(arm.minors.describe(arm.minors_on_border(READY)))
     assert message.count("panda_joint") == zeros * arm.task_dim
     # The warning points at the call of reset, here.
     assert caught[0].filename == __file__

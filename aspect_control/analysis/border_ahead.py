@@ -102,7 +102,7 @@ def border_ahead(run: Run, near: float = NEAR) -> BorderAhead | None:
     crossings = minor_zero_crossings(run)
     if crossings:
         minor, time = crossings[0]
-        return BorderAhead(minor, run.arm.describe_minors([minor - 1]), time, crossed=True, distance=0.0)
+        return BorderAhead(minor, run.arm.minors.describe([minor - 1]), time, crossed=True, distance=0.0)
     signed = signed_at_start(run)
     distances = np.abs(run.minors[:, signed]) / run.arm.minor_scales[signed]
     if distances.size == 0 or distances.min() >= near:
@@ -111,7 +111,7 @@ def border_ahead(run: Run, near: float = NEAR) -> BorderAhead | None:
     index = int(signed[column])
     return BorderAhead(
         index + 1,
-        run.arm.describe_minors([index]),
+        run.arm.minors.describe([index]),
         float(run.t[sample]),
         crossed=False,
         distance=float(distances.min()),

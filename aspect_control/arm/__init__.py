@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from .arm import BORDER_TOLERANCE, Arm
+from .arm import Arm
 from .arm_state import ArmState
+from .minors import BORDER_TOLERANCE
 
 __all__ = ["BORDER_TOLERANCE", "Arm", "ArmState"]

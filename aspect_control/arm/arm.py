@@ -1,54 +1,55 @@
-"""An arm, from a URDF or a Pinocchio model, and the minors of its task."""
+"""An arm: joint coordinates, the kinematics of a frame and its task, made of a URDF or a Pinocchio model."""
 
 from __future__ import annotations
 
-import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from ..exceptions import ModelError, TooManyMinorsError
-from ..redundancy import MAX_MINORS, Array, minors, structural_minor_columns
+from ..exceptions import ModelError
+from ..redundancy import Array
 from .arm_state import ArmState
 from .chain import joints_to_lock, reduce_model
-from .description import ArmDescription
+from .description import ArmDescription, LockedJoints
 from .inertia import require_possible_bodies
+from .joint_coordinates import JointCoordinates
+from .kinematics import Kinematics
+from .minors import TaskMinors
 from .sources.pinocchio_model import record_chain
 from .sources.urdf import mimic_joints, parse_urdf, read_urdf
-from .task_chain import TaskChain
-from .tasks import Task
-
-__all__ = ["BORDER_TOLERANCE", "Arm", "ArmState"]
-
-BORDER_TOLERANCE = 1e-6
-"""Part of its own scale up to which a minor counts as zero at the start of a motion."""
-
-_SAMPLED_POSTURES = 32
-"""Random postures in which a minor must vanish to count as structurally zero."""
+from .tasks import Task, TaskChoice, TaskValue
 
 
-class Arm(TaskChain):
+class Arm:
     """A chain of joints on Pinocchio and the task coordinates of one of its frames.
 
-    An arm computes in buffers of its own and must not be shared between threads.
+    An arm is composed of joints, kinematics, minors and a task, which describe in full what it hands on. It computes
+    in buffers of its own and must not be shared between threads.
 
     Attributes:
         model: The (reduced) `pin.Model` that q and v belong to.
         description: What the arm was made from, enough to make it again.
+        joints: Its joint coordinates: names, limits, and how configurations are added.
+        kinematics: What is computed of it at (q, v): states, Jacobians, positions.
+        minors: The minors of its task that are not structurally zero.
+        coordinates: Its task, which compares and displaces task values.
         name: The robot's name.
         frame: Name of the task frame.
         task: The task coordinates, such as `("x", "y")`.
-        coordinates: The same as a `Task`, which compares and displaces task values.
         nq: Number of configuration coordinates.
         nv: Number of joint velocities, n in the paper.
         task_dim: Number of task coordinates, m in the paper.
         redundancy: n − m.
+        joint_names: Names of the joints, from the base.
+        prismatic: Which joints slide, shape (nv,).
+        position_limits: Lower and upper limits of the positions, shapes (nv,), rad; infinite where there are none.
+        velocity_limit: Largest |θ̇| of each joint, shape (nv,), rad/s; infinite where there is none.
+        torque_limit: Largest |τ| of each joint, shape (nv,), N m; infinite where there is none.
     """
 
     def __init__(self, description: ArmDescription, model: Any, passive: Sequence[str] = ()) -> None:
@@ -60,17 +61,26 @@ class Arm(TaskChain):
             passive: Names of joints that no motor of their own drives.
 
         Raises:
-            FrameNotFoundError: If the model has no such frame.
-            JointNotFoundError: If a locked joint does not exist.
-            ParameterError: If a locked joint's position is not possible.
-            ModelError: If no joint moves the frame, a joint moves no mass, or a mass or an inertia is impossible.
+            AspectControlError: As for `from_urdf`.
         """
         locked, q = joints_to_lock(model, description.frame, description.locked, passive)
         reduced = reduce_model(model, locked, q)
         require_possible_bodies(reduced, range(1, reduced.njoints))
         reduced.gravity.linear = np.array(description.gravity)
-        super().__init__(reduced, description.frame, Task(description.task))
         self.description = description
+        self.model = reduced
+        self.name: str = reduced.name
+        self.frame = description.frame
+        self.coordinates = Task(description.task)
+        self.joints = joints = JointCoordinates(reduced)
+        self.kinematics = Kinematics(joints, self.frame, self.coordinates)
+        self.minors = TaskMinors(joints, self.kinematics, self.coordinates.dim)
+        self.task = self.coordinates.axes
+        self.nq, self.nv, self.task_dim = joints.nq, joints.nv, self.coordinates.dim
+        self.redundancy = joints.nv - self.task_dim
+        self.joint_names, self.prismatic = joints.joint_names, joints.prismatic
+        self.position_limits, self.velocity_limit = joints.position_limits, joints.velocity_limit
+        self.torque_limit = joints.torque_limit
 
     @classmethod
     def from_urdf(
@@ -78,9 +88,9 @@ class Arm(TaskChain):
         path: str | os.PathLike[str],
         *,
         frame: str,
-        task: str | Sequence[str],
+        task: TaskChoice,
         gravity: ArrayLike | None = None,
-        locked: Mapping[str, float] | None = None,
+        locked: LockedJoints = None,
         package_dirs: Sequence[str | os.PathLike[str]] | None = None,
     ) -> Arm:
         """Load an arm from a URDF file of any robot.
@@ -107,14 +117,9 @@ class Arm(TaskChain):
             ShapeError: If `gravity` has not three entries.
             NonFiniteError: If `gravity` is not finite.
         """
+        text = read_urdf(path)
         return cls.from_urdf_text(
-            read_urdf(path),
-            frame=frame,
-            task=task,
-            gravity=gravity,
-            locked=locked,
-            package_dirs=package_dirs,
-            source=str(path),
+            text, frame=frame, task=task, gravity=gravity, locked=locked, package_dirs=package_dirs, source=str(path)
         )
 
     @classmethod
@@ -123,9 +128,9 @@ class Arm(TaskChain):
         text: str,
         *,
         frame: str,
-        task: str | Sequence[str],
+        task: TaskChoice,
         gravity: ArrayLike | None = None,
-        locked: Mapping[str, float] | None = None,
+        locked: LockedJoints = None,
         package_dirs: Sequence[str | os.PathLike[str]] | None = None,
         source: str = "the given text",
     ) -> Arm:
@@ -151,13 +156,7 @@ class Arm(TaskChain):
 
     @classmethod
     def from_example(
-        cls,
-        name: str,
-        *,
-        frame: str,
-        task: str | Sequence[str],
-        gravity: ArrayLike | None = None,
-        locked: Mapping[str, float] | None = None,
+        cls, name: str, *, frame: str, task: TaskChoice, gravity: ArrayLike | None = None, locked: LockedJoints = None
     ) -> Arm:
         """Load an arm of one of the robots that `example-robot-data` ships, or of `"planar3r"`.
 
@@ -184,13 +183,7 @@ class Arm(TaskChain):
 
     @classmethod
     def from_pinocchio(
-        cls,
-        model: Any,
-        *,
-        frame: str,
-        task: str | Sequence[str],
-        gravity: ArrayLike | None = None,
-        locked: Mapping[str, float] | None = None,
+        cls, model: Any, *, frame: str, task: TaskChoice, gravity: ArrayLike | None = None, locked: LockedJoints = None
     ) -> Arm:
         """Make an arm of a `pin.Model`, which is copied.
 
@@ -207,10 +200,10 @@ class Arm(TaskChain):
         """
         if not isinstance(model, pin.Model):
             raise ModelError(f"from_pinocchio takes a pin.Model, got {type(model).__name__}")
-        arm = cls(ArmDescription.of(model, frame=frame, task=task, gravity=gravity, locked=locked), model.copy())
-        chain = record_chain(arm.model, arm._frame_id)
+        description = ArmDescription.of(model, frame=frame, task=task, gravity=gravity, locked=locked)
         # Made again from what is recorded, so that the arm of a loaded run is the same to the last bit.
-        return cls.from_description(replace(arm.description, locked={}, chain=chain))
+        chain = record_chain(cls(description, model.copy()).model, frame)
+        return cls.from_description(replace(description, locked={}, chain=chain))
 
     @classmethod
     def from_description(cls, description: ArmDescription) -> Arm:
@@ -227,82 +220,73 @@ class Arm(TaskChain):
         return np.array(self.model.gravity.linear)
 
     @property
+    def reach(self) -> float:
+        """Upper bound of the distance between the first joint and the task frame, m."""
+        return self.kinematics.reach
+
+    @property
     def minor_columns(self) -> NDArray[np.intp]:
-        """Columns of the minors that are not structurally zero, shape (p, m).
-
-        A minor is structurally zero if it vanishes in every posture, as one does that uses a joint which cannot move
-        the task at all. Such minors say nothing about the aspect.
-
-        Raises:
-            TooManyMinorsError: If the Jacobian has more minors than can be handled.
-        """
-        return self._sampled_minors[0]
+        """Columns of the minors that are not structurally zero, shape (p, m); see `TaskMinors.columns`."""
+        return self.minors.columns
 
     @property
     def minor_scales(self) -> Array:
-        """Largest magnitude of each minor of `minor_columns` in a sample of random postures, shape (p,).
+        """Largest magnitude of each of these minors in a sample of postures, shape (p,)."""
+        return self.minors.scales
+
+    def configuration(self, positions: ArrayLike) -> Array:
+        """Return the configuration q, shape (nq,), of given joint positions, shape (nv,), rad."""
+        return self.joints.configuration(positions)
+
+    def positions(self, q: ArrayLike) -> Array:
+        """Return the joint positions at q, shape (nv,), rad; in (−π, π] for continuous joints."""
+        return self.joints.positions(q)
+
+    def require_within_limits(self, q: ArrayLike) -> None:
+        """Make sure that q is inside the joints' position limits; a `ParameterError` names the joint that is not."""
+        self.joints.require_within_limits(q)
+
+    def integrate(self, q: Array, displacement: Array) -> Array:
+        """Return q ⊕ displacement, shape (nq,), rad, on the configuration manifold."""
+        return self.joints.integrate(q, displacement)
+
+    def difference(self, q0: Array, q1: Array) -> Array:
+        """Return the displacement that leads from q0 to q1, shape (nv,), rad."""
+        return self.joints.difference(q0, q1)
+
+    def state(self, q: ArrayLike, v: ArrayLike) -> ArmState:
+        """Compute everything that a torque law needs at q, shape (nq,), rad, and v, shape (nv,), rad/s.
 
         Raises:
-            TooManyMinorsError: If the Jacobian has more minors than can be handled.
+            ShapeError: If q or v has the wrong shape or holds no real numbers.
+            NonFiniteError: If q or v holds NaN, infinity or a number beyond `checks.LARGEST`.
+            ParameterError: If the cosine and sine of a continuous joint have not length 1.
         """
-        return self._sampled_minors[1]
+        return self.kinematics.state(q, v)
 
-    @cached_property
-    def _sampled_minors(self) -> tuple[NDArray[np.intp], Array]:
-        if math.comb(self.nv, self.task_dim) > MAX_MINORS:
-            raise TooManyMinorsError(
-                f"a task of {self.task_dim} coordinates on {self.nv} joints has "
-                f"{math.comb(self.nv, self.task_dim):,} minors; at most {MAX_MINORS:,} are computed, for each is a "
-                f"determinant at every sample: lock joints or take a task of fewer coordinates"
-            )
-        postures = np.random.default_rng(0).uniform(-np.pi, np.pi, (_SAMPLED_POSTURES, self.nv))
-        jacobians = np.array([self.jacobian(self.configuration(positions)) for positions in postures])
-        columns = structural_minor_columns(jacobians)
-        return columns, np.abs(minors(jacobians, columns)).max(axis=0)
+    def jacobian(self, q: ArrayLike) -> Array:
+        """Return the Jacobian J of the task coordinates at q, shape (m, nv), world frame."""
+        return self.kinematics.jacobian(q)
 
-    @cached_property
-    def first_joint(self) -> Array:
-        """Where the first joint is, shape (3,), m, world frame."""
-        return np.array(self.model.jointPlacements[1].translation)
+    def jacobian_derivative(self, q: ArrayLike) -> Array:
+        """Return ∂J[i, j] / ∂q_k at q, shape (m, nv, nv)."""
+        return self.kinematics.jacobian_derivative(q)
 
-    @cached_property
-    def first_joint_in_task(self) -> list[float]:
-        """The same in the position coordinates of the task, m."""
-        return [float(self.first_joint[axis]) for axis in self.coordinates.position_axes]
+    def task_position(self, q: ArrayLike) -> TaskValue:
+        """Return the task value x at q: shape (m,), m, or a `pin.SE3` for a task with rotations."""
+        return self.kinematics.task_position(q)
 
-    @cached_property
-    def reach(self) -> float:
-        """Upper bound of the distance between the first joint and the task frame, m.
+    def skeleton(self, q: ArrayLike) -> Array:
+        """Return where the joints and the task frame are at q, shape (nv + 1, 3), m, world frame."""
+        return self.kinematics.skeleton(q)
 
-        The distances between neighbouring joints added up, with the travel of prismatic joints; infinite for a
-        prismatic joint without limits. The workspace may be smaller.
-        """
-        lower, upper = self.position_limits
-        travel = np.maximum(np.abs(lower), np.abs(upper))[self.prismatic].sum()
-        steps = np.diff(self.skeleton(pin.neutral(self.model)), axis=0)
-        return float(np.linalg.norm(steps, axis=1).sum() + travel)
+    def skeleton_jacobians(self, q: ArrayLike) -> Array:
+        """Return the derivatives of `skeleton` at q, shape (nv + 1, 3, nv)."""
+        return self.kinematics.skeleton_jacobians(q)
 
     def minors_on_border(self, q: ArrayLike) -> NDArray[np.intp]:
-        """Return which minors of `minor_columns` are zero at q for practical purposes, as indices, shape (any,).
-
-        Zero is `BORDER_TOLERANCE` times the minor's own scale, or less: at the start of a motion such a minor has no
-        sign to keep.
-
-        Args:
-            q: Joint configuration, shape (nq,), rad.
-
-        Raises:
-            ShapeError: If q has the wrong shape.
-            NonFiniteError: If q holds NaN or infinity.
-            TooManyMinorsError: If the Jacobian has more minors than can be handled.
-        """
-        values = minors(self.jacobian(q), self.minor_columns)
-        return np.flatnonzero(np.abs(values) <= BORDER_TOLERANCE * self.minor_scales)
-
-    def describe_minors(self, indices: Sequence[int] | NDArray[np.intp]) -> str:
-        """Name minors of `minor_columns` by their number, counted from 1, and by their joints."""
-        columns = [[self.joint_names[column] for column in sorted(self.minor_columns[i])] for i in indices]
-        return "; ".join(f"{i + 1} ({', '.join(names)})" for i, names in zip(indices, columns, strict=True))
+        """Return which minors of `minor_columns` are zero at q for practical purposes, as indices, shape (any,)."""
+        return self.minors.on_border(q)
 
     def __reduce__(self) -> tuple[Any, tuple[ArmDescription]]:
         """Pickle and copy an arm as its description, which makes the same arm to the last bit."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 from numpy.typing import ArrayLike
 
@@ -13,7 +13,10 @@ from ..checks import file_path, finite_number, finite_vector, unicode_text
 from ..exceptions import ModelError, ParameterError, shown
 from .sources.pinocchio_model import ChainRecord, build_chain
 from .sources.urdf import parse_urdf
-from .tasks import Task
+from .tasks import Task, TaskChoice
+
+LockedJoints: TypeAlias = Mapping[str, float] | None
+"""Positions of joints to lock, rad or m, by name; None for none."""
 
 
 @dataclass(frozen=True)
@@ -44,9 +47,9 @@ class ArmDescription:
         model: Any,
         *,
         frame: str,
-        task: str | Sequence[str],
+        task: TaskChoice,
         gravity: ArrayLike | None,
-        locked: Mapping[str, float] | None,
+        locked: LockedJoints,
         urdf: str | None = None,
         package_dirs: Sequence[str | os.PathLike[str]] | None = None,
     ) -> ArmDescription:

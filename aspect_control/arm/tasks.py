@@ -32,6 +32,9 @@ NAMED_TASKS = {
 }
 """Tasks that have a name of their own."""
 
+TaskChoice: TypeAlias = str | Sequence[str]
+"""A name of `NAMED_TASKS`, or distinct coordinates from `AXES`."""
+
 TaskValue: TypeAlias = Any
 """Where the task frame is: an array of shape (m,), m, for a task of positions; a `pin.SE3` for one with rotations."""
 
@@ -47,7 +50,7 @@ class Task:
     axes: tuple[str, ...]
 
     @classmethod
-    def parse(cls, task: str | Sequence[str]) -> Task:
+    def parse(cls, task: TaskChoice) -> Task:
         """Return the task that a name or a sequence of coordinates stands for.
 
         Args:

@@ -154,7 +154,7 @@ def self_motion(
     """
     spacing, longest = positive("spacing", spacing, "rad"), positive("longest", longest, "rad")
     require_one_to_spare(arm)
-    q = arm.checked_configuration(q)
+    q = arm.joints.checked_configuration(q)
     arm.require_within_limits(q)
     x = arm.task_position(q) if x is None else arm.coordinates.checked("x", x)
     start = project(arm, arm.positions(q), x)

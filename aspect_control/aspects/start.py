@@ -199,7 +199,7 @@ def _minors(arm: Arm, positions: Array) -> Array:
 
 
 def _reference_positions(arm: Arm, x: TaskValue, reference: ArrayLike) -> Array:
-    q = arm.checked_configuration(reference)
+    q = arm.joints.checked_configuration(reference)
     arm.require_within_limits(q)
     positions = arm.positions(q)
     error = float(np.linalg.norm(task_error(arm, positions, x)))

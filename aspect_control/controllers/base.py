@@ -96,7 +96,7 @@ class Controller(ABC):
             NonFiniteError: If q or v is not finite.
             ParameterError: If dt is not above zero, or the cosine and sine of a continuous joint have not length 1.
         """
-        q = self.arm.checked_configuration(q)
+        q = self.arm.joints.checked_configuration(q)
         v = finite_vector("v", v, self.arm.nv)
         dt, memory = positive("dt", dt, "s"), self.memory
         try:

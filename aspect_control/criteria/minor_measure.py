@@ -41,7 +41,7 @@ class MinorMeasure(Criterion):
         if len(on_border) > 0:
             warnings.warn(
                 f"the motion starts on the border of an aspect: {len(on_border)} of {len(self.arm.minor_columns)} "
-                f"minors are zero and left out of the minor measure: {self.arm.describe_minors(on_border)}",
+                f"minors are zero and left out of the minor measure: {self.arm.minors.describe(on_border)}",
                 AspectBorderWarning,
                 stacklevel=4,
             )

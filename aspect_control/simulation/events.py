@@ -95,7 +95,7 @@ class WorkspaceLeft(Event):
         """Return why the run ends, or None."""
         arm, coordinates = moment.arm, moment.arm.coordinates
         x = moment.target.x.translation[coordinates.position_axes] if coordinates.has_rotation else moment.target.x
-        distance = dist(x.tolist(), arm.first_joint_in_task)
+        distance = dist(x.tolist(), arm.kinematics.first_joint_in_task)
         if distance <= arm.reach * (1.0 + 1e-9):
             return None
         return (

@@ -81,7 +81,7 @@ def simulate(
         if callback is not None and not callable(callback):
             raise ParameterError(f"{name} must be a function or None, got {shown(callback)}")
     arm = controller.arm
-    q = arm.checked_configuration(finite_vector("q0", q0, arm.nq))
+    q = arm.joints.checked_configuration(finite_vector("q0", q0, arm.nq))
     v = finite_vector("v0", v0, arm.nv) if v0 is not None else np.zeros(arm.nv)
     samples = _samples(trajectory.duration, positive("dt", dt, "s"))
     limit = None if saturation is None else joint_limit("saturation", saturation, arm.nv, arm.torque_limit)

@@ -71,7 +71,7 @@ class LiveView(LiveServer):
             OutputError: If the address cannot be listened on.
         """
         self._speed = positive("speed", speed)
-        q = arm.checked_configuration(q0)
+        q = arm.joints.checked_configuration(q0)
         desired = _desired_path(arm, trajectory, q)
         points = np.concatenate([arm.skeleton(q), desired])
         middle = 0.5 * (points.min(axis=0) + points.max(axis=0))

@@ -179,7 +179,7 @@ def show_start(chosen: Start) -> None:
     console.print()
     console.print(escape(f"{chosen.found}, inside the joint limits"), highlight=False)
     if borders[0]:
-        named = arm.describe_minors(arm.minors_on_border(chosen.reference_q))
+        named = arm.minors.describe(arm.minors_on_border(chosen.reference_q))
         console.print(escape(f"on a border now: {named}"), highlight=False)
     for curve in chosen.curves[:1]:
         console.print(escape(describe_self_motion(curve)), highlight=False)

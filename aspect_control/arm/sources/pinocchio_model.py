@@ -11,6 +11,7 @@ import pinocchio as pin
 from ...checks import finite_vector
 from ...exceptions import ModelError
 from ...redundancy import Array
+from ..chain import require_frame
 from ..inertia import require_possible
 
 _ALIGNED = ("RX", "RY", "RZ", "RUBX", "RUBY", "RUBZ", "PX", "PY", "PZ")
@@ -64,18 +65,18 @@ class ChainRecord:
     frame_placement: list[float]
 
 
-def record_chain(model: Any, frame_id: int) -> ChainRecord:
+def record_chain(model: Any, frame: str) -> ChainRecord:
     """Write down a reduced model.
 
     Args:
         model: A `pin.Model` that is a chain of joints of one degree of freedom.
-        frame_id: Index of the task frame, which the last joint carries.
+        frame: Name of the task frame, which the last joint carries.
 
     Raises:
         ModelError: If a joint is of a kind that cannot be written down.
     """
     joints = [_record_joint(model, joint) for joint in range(1, model.njoints)]
-    return ChainRecord(model.name, joints, _numbers_of_placement(model.frames[frame_id].placement))
+    return ChainRecord(model.name, joints, _numbers_of_placement(model.frames[require_frame(model, frame)].placement))
 
 
 def build_chain(record: ChainRecord, frame: str) -> Any:

@@ -71,7 +71,7 @@ def run_data(node: str, label: str, arm: Arm, marks: Array, desired: Array) -> d
 
 def change_data(arm: Arm, minor: int, t: float, q: Array) -> dict[str, Any]:
     """Return a change of the aspect for the page: when, which minor, counted from 0, and where the tip is at q."""
-    return {"t": round(t, 6), "minor": arm.describe_minors([minor]), "tip": np.round(arm.skeleton(q)[-1], 5).tolist()}
+    return {"t": round(t, 6), "minor": arm.minors.describe([minor]), "tip": np.round(arm.skeleton(q)[-1], 5).tolist()}
 
 
 def reading_message(index: int, arm: Arm, q: Array, reading: Reading) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
@@ -22,46 +22,34 @@ from ..exceptions import ModelError
 from ..redundancy import Array
 from .arm_state import ArmState
 from .chain import require_frame
-from .configuration_space import ConfigurationSpace
 from .hessian import frame_kinematic_hessian
+from .joint_coordinates import JointCoordinates
 from .tasks import Task, TaskValue
 
 _WORLD_ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 _WORLD = pin.Convention.WORLD
 
 
-class TaskChain(ConfigurationSpace):
-    """What Pinocchio computes of a chain and a task.
+class Kinematics:
+    """What Pinocchio computes of a chain of joints and the task coordinates of one of its frames.
 
     It computes in buffers of its own and must not be shared between threads.
-
-    Attributes:
-        name: The robot's name.
-        frame: Name of the task frame.
-        task: The task coordinates, such as `("x", "y")`.
-        coordinates: The same as a `Task`, which compares and displaces task values.
-        task_dim: Number of task coordinates, m in the paper.
-        redundancy: n − m.
     """
 
-    def __init__(self, model: Any, frame: str, coordinates: Task) -> None:
-        """Set the model, a `pin.Model` of a chain, the name of the frame and the task.
+    def __init__(self, joints: JointCoordinates, frame: str, task: Task) -> None:
+        """Set the joint coordinates, the name of the task frame and the task.
 
         Raises:
             FrameNotFoundError: If the model has no such frame.
             ModelError: If a joint moves no mass.
         """
-        super().__init__(model)
-        self.name: str = model.name
-        self.frame = frame
-        self.coordinates = coordinates
-        self.task = coordinates.axes
-        self.task_dim = coordinates.dim
-        self.redundancy = self.nv - self.task_dim
-        self._data = model.createData()
-        self._frame_id = require_frame(model, frame)
-        self._rows = coordinates.selection
-        self._zero = np.zeros(self.nv)
+        self._joints = joints
+        self._task = task
+        self._model = joints.model
+        self._data = joints.model.createData()
+        self._frame_id = require_frame(joints.model, frame)
+        self._rows = task.selection
+        self._zero = np.zeros(joints.nv)
         self._require_positive_inertia()
 
     def state(self, q: ArrayLike, v: ArrayLike) -> ArmState:
@@ -79,19 +67,21 @@ class TaskChain(ConfigurationSpace):
             NonFiniteError: If q or v holds NaN, infinity or a number beyond `checks.LARGEST`.
             ParameterError: If the cosine and sine of a continuous joint have not length 1.
         """
-        q, v = self.checked_configuration(q), finite_vector("v", v, self.nv)
-        model, data, frame = self.model, self._data, self._frame_id
+        joints = self._joints
+        q, v = joints.checked_configuration(q), finite_vector("v", v, joints.nv)
+        model, data, frame, rows = self._model, self._data, self._frame_id, self._rows
         M = crba(model, data, q, _WORLD)
         nle = nonLinearEffects(model, data, q, v)
         forwardKinematics(model, data, q, v, self._zero)
-        x = self.coordinates.value(updateFramePlacement(model, data, frame))
-        J = self._task_rows(getFrameJacobian(model, data, frame, _WORLD_ALIGNED))
-        drift = getFrameClassicalAcceleration(model, data, frame, _WORLD_ALIGNED).vector[self._rows].copy()
-        if self.nv == 1:  # eigenpy hands a matrix of one column over as a vector
-            M = M.reshape(1, 1)
+        x = self._task.value(updateFramePlacement(model, data, frame))
+        J = getFrameJacobian(model, data, frame, _WORLD_ALIGNED)
+        drift = getFrameClassicalAcceleration(model, data, frame, _WORLD_ALIGNED).vector[rows].copy()
+        if joints.nv == 1:  # eigenpy hands a matrix of one column over as a vector
+            M, J = M.reshape(1, 1), J.reshape(6, 1)
+        J = np.ascontiguousarray(J[rows])
         for array in (M, nle, J, drift):
             array.setflags(write=False)
-        if not self.coordinates.has_rotation:
+        if not self._task.has_rotation:
             x.setflags(write=False)
         return ArmState(q, v, M, nle, J, drift, x)
 
@@ -105,8 +95,8 @@ class TaskChain(ConfigurationSpace):
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        q = self.checked_configuration(q)
-        return self._task_rows(pin.computeFrameJacobian(self.model, self._data, q, self._frame_id, _WORLD_ALIGNED))
+        q = self._joints.checked_configuration(q)
+        return self._task_rows(pin.computeFrameJacobian(self._model, self._data, q, self._frame_id, _WORLD_ALIGNED))
 
     def jacobian_derivative(self, q: ArrayLike) -> Array:
         """Return ∂J[i, j] / ∂q_k, the kinematic Hessian of the task coordinates, shape (m, nv, nv).
@@ -118,8 +108,8 @@ class TaskChain(ConfigurationSpace):
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        computeJointKinematicHessians(self.model, self._data, self.checked_configuration(q))
-        return np.ascontiguousarray(frame_kinematic_hessian(self.model, self._data, self._frame_id)[self._rows])
+        computeJointKinematicHessians(self._model, self._data, self._joints.checked_configuration(q))
+        return np.ascontiguousarray(frame_kinematic_hessian(self._model, self._data, self._frame_id)[self._rows])
 
     def task_position(self, q: ArrayLike) -> TaskValue:
         """Return the task value x at q: shape (m,), m, or a `pin.SE3` for a task with rotations.
@@ -131,8 +121,8 @@ class TaskChain(ConfigurationSpace):
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        pin.forwardKinematics(self.model, self._data, self.checked_configuration(q))
-        return self.coordinates.value(pin.updateFramePlacement(self.model, self._data, self._frame_id))
+        pin.forwardKinematics(self._model, self._data, self._joints.checked_configuration(q))
+        return self._task.value(pin.updateFramePlacement(self._model, self._data, self._frame_id))
 
     def skeleton(self, q: ArrayLike) -> Array:
         """Return where the joints and the task frame are, for drawing.
@@ -147,9 +137,9 @@ class TaskChain(ConfigurationSpace):
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        pin.forwardKinematics(self.model, self._data, self.checked_configuration(q))
-        tip = pin.updateFramePlacement(self.model, self._data, self._frame_id)
-        joints = [self._data.oMi[i].translation for i in range(1, self.model.njoints)]
+        pin.forwardKinematics(self._model, self._data, self._joints.checked_configuration(q))
+        tip = pin.updateFramePlacement(self._model, self._data, self._frame_id)
+        joints = [self._data.oMi[i].translation for i in range(1, self._model.njoints)]
         return np.array([*joints, tip.translation])
 
     def skeleton_jacobians(self, q: ArrayLike) -> Array:
@@ -165,26 +155,51 @@ class TaskChain(ConfigurationSpace):
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        model, data, frame = self.model, self._data, self._frame_id
-        pin.computeJointJacobians(model, data, self.checked_configuration(q))
+        model, data, frame = self._model, self._data, self._frame_id
+        pin.computeJointJacobians(model, data, self._joints.checked_configuration(q))
         pin.updateFramePlacement(model, data, frame)
         joints = [pin.getJointJacobian(model, data, i, _WORLD_ALIGNED) for i in range(1, model.njoints)]
         tip = pin.getFrameJacobian(model, data, frame, _WORLD_ALIGNED)
-        return np.array([each.reshape(6, self.nv)[:3] for each in (*joints, tip)])
+        return np.array([each.reshape(6, self._joints.nv)[:3] for each in (*joints, tip)])
+
+    @cached_property
+    def first_joint(self) -> Array:
+        """Where the first joint is, shape (3,), m, world frame."""
+        return np.array(self._model.jointPlacements[1].translation)
+
+    @cached_property
+    def first_joint_in_task(self) -> list[float]:
+        """The same in the position coordinates of the task, m."""
+        return [float(self.first_joint[axis]) for axis in self._task.position_axes]
+
+    @cached_property
+    def reach(self) -> float:
+        """Upper bound of the distance between the first joint and the task frame, m.
+
+        The distances between neighbouring joints added up, with the travel of prismatic joints; infinite for a
+        prismatic joint without limits. The workspace may be smaller.
+        """
+        lower, upper = self._joints.position_limits
+        travel = np.maximum(np.abs(lower), np.abs(upper))[self._joints.prismatic].sum()
+        steps = np.diff(self.skeleton(pin.neutral(self._model)), axis=0)
+        return float(np.linalg.norm(steps, axis=1).sum() + travel)
 
     def _task_rows(self, frame_jacobian: Array) -> Array:
         """Return the task's rows of a frame Jacobian, which eigenpy hands over as a vector if there is one joint."""
-        if self.nv == 1:
+        if self._joints.nv == 1:
             frame_jacobian = frame_jacobian.reshape(6, 1)
         return np.ascontiguousarray(frame_jacobian[self._rows])
 
     def _require_positive_inertia(self) -> None:
-        M = pin.crba(self.model, self._data, pin.neutral(self.model), pin.Convention.WORLD)
+        name, nv = self._model.name, self._joints.nv
+        M = pin.crba(self._model, self._data, pin.neutral(self._model), _WORLD)
         if not np.isfinite(M).all():
-            raise ModelError(f"{self.name!r} has an inertia matrix that is not finite; check masses and inertias")
-        eigenvalues = np.linalg.eigvalsh(M.reshape(self.nv, self.nv))
+            raise ModelError(
+                f"{self._model.name!r} has an inertia matrix that is not finite; check masses and inertias"
+            )
+        eigenvalues = np.linalg.eigvalsh(M.reshape(nv, nv))
         if not eigenvalues[0] > np.finfo(np.float64).eps * max(eigenvalues[-1], 0.0):
             raise ModelError(
-                f"{self.name!r} has a singular inertia matrix (smallest eigenvalue {eigenvalues[0]:.3g} kg m²): "
+                f"{name!r} has a singular inertia matrix (smallest eigenvalue {eigenvalues[0]:.3g} kg m²): "
                 "every joint must move a mass; check the <inertial> elements of the URDF"
             )

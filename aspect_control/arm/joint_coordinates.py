@@ -15,8 +15,8 @@ from ..redundancy import Array
 from .chain import NO_LIMIT, is_prismatic, joint_position, position_limits, unit_hint
 
 
-class ConfigurationSpace:
-    """The configurations of a chain of revolute, continuous and prismatic joints.
+class JointCoordinates:
+    """The joint coordinates of a chain of revolute, continuous and prismatic joints.
 
     Attributes:
         model: The `pin.Model` that q and v belong to.

@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from . import aspects, controllers, criteria, redundancy, simulation, views
+    from . import aspects, controllers, criteria, plants, redundancy, simulation, views
     from .arm import Arm, ArmState
     from .exceptions import AspectControlError
     from .simulation import Run, simulate
@@ -32,6 +32,7 @@ __all__ = [
     "aspects",
     "controllers",
     "criteria",
+    "plants",
     "redundancy",
     "simulate",
     "simulation",

@@ -13,6 +13,7 @@ import pytest
 from aspect_control import Arm, Run, StraightLine, controllers, simulate
 from aspect_control.analysis import summarize
 from aspect_control.exceptions import ParameterError, ShapeError
+from aspect_control.plants import RigidBodyPlant
 from aspect_control.resources import model_path
 from aspect_control.simulation import (
     DEFAULT_EVENTS,
@@ -20,7 +21,6 @@ from aspect_control.simulation import (
     Diverged,
     Event,
     JointLimit,
-    Plant,
     Singular,
     TorqueLimit,
     TrackingLost,
@@ -451,7 +451,7 @@ def test_a_torque_limit_that_is_no_number_is_refused_with_an_error_of_ours(value
 def test_the_recorded_torque_is_the_law_s_cut_off_and_is_what_the_plant_got(saturation, integrator):
     controller = law("pseudoinverse")
     run = simulate(controller, A, q0=Q0, dt=2e-3, saturation=saturation, events=(), integrator=integrator)
-    limit, plant, method = np.broadcast_to(saturation, 3), Plant(ARM), INTEGRATORS[integrator]()
+    limit, plant, method = np.broadcast_to(saturation, 3), RigidBodyPlant(ARM), INTEGRATORS[integrator]()
     asked = np.array(
         [controller.torque(q, v, A.target(t, run.x_desired[0])) for t, q, v in zip(run.t, run.q, run.v, strict=True)]
     )
@@ -506,7 +506,7 @@ def test_infinite_limits_of_the_event_are_never_reached():
 
 def test_saturation_loses_energy_bookkeeping_nowhere():
     """The work of the torques as recorded is the gain in energy, cut off or not."""
-    run, plant = simulate(law("pseudoinverse"), A, q0=Q0, saturation=10.0, events=()), Plant(ARM)
+    run, plant = simulate(law("pseudoinverse"), A, q0=Q0, saturation=10.0, events=()), RigidBodyPlant(ARM)
     assert np.any(np.abs(run.tau) == 10.0)
     work = np.sum(run.tau[:-1] * np.diff(run.q, axis=0))
     gain = plant.energy(run.q[-1], run.v[-1]) - plant.energy(run.q[0], run.v[0])

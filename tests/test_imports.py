@@ -63,7 +63,7 @@ def test_importing_the_package_loads_no_plot_no_solver_and_no_scipy():
 
 def test_the_imports_of_a_file_are_seen():
     names = set(imports(PACKAGE / "simulation" / "loop.py"))
-    assert {"numpy", "aspect_control.checks", "aspect_control.simulation.plant"} <= names
+    assert {"numpy", "aspect_control.checks", "aspect_control.plants"} <= names
 
 
 def test_redundancy_imports_nothing_of_ours():

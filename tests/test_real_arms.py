@@ -8,7 +8,8 @@ import pytest
 
 from aspect_control import Arm, StraightLine, controllers, simulate
 from aspect_control.analysis import summarize
-from aspect_control.simulation import INTEGRATORS, Plant, RungeKutta4, SemiImplicitEuler
+from aspect_control.plants import RigidBodyPlant
+from aspect_control.simulation import INTEGRATORS, RungeKutta4, SemiImplicitEuler
 
 DT = 2e-3
 LAWS = ("pseudoinverse", "modified-null-space-vector", "jmdc")
@@ -55,7 +56,7 @@ def joint_steps(run):
 
 def work_and_gain(run):
     """The work of the recorded torques, held from sample to sample, the gain in energy, and the sum of all |work|."""
-    plant, work = Plant(run.arm), run.tau[:-1] * joint_steps(run)
+    plant, work = RigidBodyPlant(run.arm), run.tau[:-1] * joint_steps(run)
     gain = plant.energy(run.q[-1], run.v[-1]) - plant.energy(run.q[0], run.v[0])
     return work.sum(), gain, np.abs(work).sum()
 
@@ -162,7 +163,7 @@ def test_the_integrators_agree_in_the_task(name, law):
 
 @pytest.mark.parametrize("name", MOTIONS)
 def test_fine_euler_steps_converge_to_the_recorded_motion_under_the_recorded_torque(name):
-    run, plant, misses = run_of(name, "jmdc"), Plant(arm_of(name)), []
+    run, plant, misses = run_of(name, "jmdc"), RigidBodyPlant(arm_of(name)), []
     for parts in (4, 8, 16):
         q, v = run.q[0], run.v[0]
         for tau in run.tau[:100]:
@@ -173,7 +174,7 @@ def test_fine_euler_steps_converge_to_the_recorded_motion_under_the_recorded_tor
 
 
 def test_rk4_converges_at_fourth_order_on_continuous_joints():
-    arm, plant = arm_of("kinova"), Plant(arm_of("kinova"))
+    arm, plant = arm_of("kinova"), RigidBodyPlant(arm_of("kinova"))
     tau = arm.state(arm.configuration(MOTIONS["kinova"].start), np.zeros(6)).nle
 
     def end(steps):
@@ -203,7 +204,7 @@ def test_cosines_and_sines_keep_their_length(law, integrator):
 
 
 def test_many_turns_of_a_continuous_joint_do_not_wear_it_out():
-    arm, plant = arm_of("kinova"), Plant(arm_of("kinova"))
+    arm, plant = arm_of("kinova"), RigidBodyPlant(arm_of("kinova"))
     q, step = arm.configuration(MOTIONS["kinova"].start), np.array([0.1, 0.0, 0.0, -0.3, 0.0, 0.7])
     for _ in range(20_000):
         q = plant.integrate(q, step)

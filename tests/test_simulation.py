@@ -9,8 +9,9 @@ from scipy.optimize import minimize_scalar
 
 from aspect_control import Arm, StraightLine, controllers, simulate
 from aspect_control.exceptions import NonFiniteError, ParameterError, ShapeError, UnknownNameError
+from aspect_control.plants import RigidBodyPlant
 from aspect_control.resources import model_path
-from aspect_control.simulation import INTEGRATORS, Diverged, Integrator, Plant, RungeKutta4, SemiImplicitEuler
+from aspect_control.simulation import INTEGRATORS, Diverged, Integrator, RungeKutta4, SemiImplicitEuler
 
 ARM = Arm.from_urdf(model_path("planar3r.urdf"), frame="tool", task="xy", gravity=(0, 0, 0))
 HANGING = Arm.from_urdf(model_path("planar3r.urdf"), frame="tool", task="xy", gravity=(0, -9.81, 0))
@@ -81,20 +82,20 @@ def test_plant_acceleration_solves_the_equation_of_motion(q, v, tau):
     expected = np.linalg.solve(state.M, tau - state.nle)
     # Backward stable both ways: the error is the condition number of M, at most 310 for this arm, times rounding.
     tolerance = 310 * 20 * np.finfo(float).eps * (np.abs(expected).max() + np.abs(tau).max() + np.abs(state.nle).max())
-    np.testing.assert_allclose(Plant(HANGING).acceleration(q, v, tau), expected, rtol=0, atol=tolerance)
+    np.testing.assert_allclose(RigidBodyPlant(HANGING).acceleration(q, v, tau), expected, rtol=0, atol=tolerance)
 
 
 @given(q=angles, v=speeds, tau=torques)
 def test_plant_acceleration_is_that_of_three_uniform_rods(q, v, tau):
     expected = three_rods(q, v, tau)
     tolerance = 310 * 20 * np.finfo(float).eps * (np.abs(expected).max() + np.abs(tau).max() + 100.0)
-    np.testing.assert_allclose(Plant(ARM).acceleration(q, v, tau), expected, rtol=0, atol=tolerance)
+    np.testing.assert_allclose(RigidBodyPlant(ARM).acceleration(q, v, tau), expected, rtol=0, atol=tolerance)
 
 
 def test_plant_does_not_disturb_the_arm_s_buffers():
     before = ARM.state(Q0, np.ones(3))
     M, J = before.M.copy(), before.J.copy()
-    Plant(ARM).acceleration(-Q0, np.zeros(3), np.ones(3))
+    RigidBodyPlant(ARM).acceleration(-Q0, np.zeros(3), np.ones(3))
     np.testing.assert_array_equal(before.M, M)
     np.testing.assert_array_equal(before.J, J)
 
@@ -105,7 +106,7 @@ def test_plant_does_not_disturb_the_arm_s_buffers():
 @settings(max_examples=40)
 @given(q=angles, v=speeds)
 def test_rk4_keeps_the_energy_of_a_free_arm(q, v):
-    plant, dt = Plant(ARM), 1e-3
+    plant, dt = RigidBodyPlant(ARM), 1e-3
     energy, states = plant.energy(q, v), free_motion(RungeKutta4(), plant, q, v, dt, 0.25)
     # One step of RK4 misses by (ω dt)⁵/120 of the state and by twice that of the energy, which is quadratic in it, and
     # by rounding; 250 steps add up. The fastest rate ω of the motion is what its speeds and accelerations amount to.
@@ -117,7 +118,7 @@ def test_rk4_keeps_the_energy_of_a_free_arm(q, v):
 
 
 def test_rk4_loses_energy_at_fourth_order_under_gravity():
-    q, v, plant = np.array([0.3, 0.8, -0.5]), np.array([1.0, -2.0, 1.5]), Plant(HANGING)
+    q, v, plant = np.array([0.3, 0.8, -0.5]), np.array([1.0, -2.0, 1.5]), RigidBodyPlant(HANGING)
     coarse, fine = (energy_error(RungeKutta4(), plant, q, v, dt, 0.24) for dt in (4e-3, 2e-3))
     assert np.log2(coarse / fine) == pytest.approx(4.0, abs=0.2)
 
@@ -125,7 +126,7 @@ def test_rk4_loses_energy_at_fourth_order_under_gravity():
 @settings(max_examples=40)
 @given(q=angles, v=speeds)
 def test_semi_implicit_euler_misses_the_energy_at_first_order(q, v):
-    plant = Plant(ARM)
+    plant = RigidBodyPlant(ARM)
     coarse, fine = (energy_error(SemiImplicitEuler(), plant, q, v, dt, 0.25) for dt in (1e-3, 5e-4))
     # Half the step halves the error up to its own second order. Where symmetry takes the first order away there is
     # less than half left, and of a steady rotation only rounding.
@@ -133,7 +134,7 @@ def test_semi_implicit_euler_misses_the_energy_at_first_order(q, v):
 
 
 def test_semi_implicit_euler_does_not_heat_up_a_swinging_arm():
-    plant, rest, hanging = Plant(HANGING), np.zeros(3), np.array([-np.pi / 2, 0.0, 0.0])
+    plant, rest, hanging = RigidBodyPlant(HANGING), np.zeros(3), np.array([-np.pi / 2, 0.0, 0.0])
     q = hanging + np.array([0.3, 0.2, -0.1])
     swing = plant.energy(q, rest) - plant.energy(hanging, rest)
     # The explicit Euler method, as far off after a single step, heats this swing up by 21 % in the same time.
@@ -141,7 +142,8 @@ def test_semi_implicit_euler_does_not_heat_up_a_swinging_arm():
 
 
 def test_semi_implicit_euler_moves_the_configuration_by_the_new_velocity():
-    q, v, tau, plant = np.array([0.3, 0.8, -0.5]), np.array([1.0, -2.0, 1.5]), np.array([10.0, -5.0, 3.0]), Plant(ARM)
+    q, v, tau = np.array([0.3, 0.8, -0.5]), np.array([1.0, -2.0, 1.5]), np.array([10.0, -5.0, 3.0])
+    plant = RigidBodyPlant(ARM)
     new_q, new_v = SemiImplicitEuler().step(plant, q, v, tau, 0.01)
     np.testing.assert_allclose(new_v, v + 0.01 * three_rods(q, v, tau), rtol=1e-12)
     np.testing.assert_allclose(new_q, q + 0.01 * new_v, rtol=1e-15)
@@ -173,7 +175,7 @@ def test_integrators_converge_at_their_order(reference_motion, integrator, order
     tau, start, end = reference_motion
     errors = []
     for count in steps:
-        *_, (q, v) = integrate(integrator, Plant(ARM), start[:3], start[3:], tau, 0.5 / count, count)
+        *_, (q, v) = integrate(integrator, RigidBodyPlant(ARM), start[:3], start[3:], tau, 0.5 / count, count)
         errors.append(np.linalg.norm(np.concatenate([q, v]) - end))
     measured = np.log2(np.divide(errors[:-1], errors[1:]))
     # What the measured order is off by is of the order of the step, which halves from one pair to the next.
@@ -219,7 +221,7 @@ def test_all_recorded_arrays_have_the_documented_shapes(runs):
 @pytest.mark.parametrize("name", LAWS)
 def test_replaying_the_recorded_torque_gives_the_recorded_motion_back(name, integrator):
     run = simulate(law(name), StraightLine([0.3, 0.2], 0.4), q0=Q0, v0=[0.1, -0.2, 0.3], dt=2e-3, integrator=integrator)
-    plant, method = Plant(ARM), INTEGRATORS[integrator]()
+    plant, method = RigidBodyPlant(ARM), INTEGRATORS[integrator]()
     for i in range(len(run.t) - 1):
         q, v = method.step(plant, run.q[i], run.v[i], run.tau[i], 2e-3)
         np.testing.assert_array_equal([q, v], [run.q[i + 1], run.v[i + 1]])

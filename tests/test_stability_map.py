@@ -12,6 +12,7 @@ from aspect_control.analysis import trajectory_a as paper
 from aspect_control.analysis.self_motion import self_motion_of_run
 from aspect_control.arm import Arm
 from aspect_control.exceptions import ParameterError
+from aspect_control.plants import RigidBodyPlant
 from aspect_control.redundancy import (
     homogeneous_acceleration,
     homogeneous_velocity,
@@ -20,7 +21,6 @@ from aspect_control.redundancy import (
     null_vector_derivative,
     pseudoinverse_torque,
 )
-from aspect_control.simulation import Plant
 
 POSTURES = {
     "planar3r": np.deg2rad([-50.0, 140.0, -140.0]),
@@ -112,7 +112,7 @@ def test_c_is_a_logarithmic_derivative_and_the_pull_of_the_kinetic_energy(planar
 def test_free_self_motion_under_the_null_space_vector_law_grows_as_the_map_says(case, direction):
     """The closed loop in continuous time from ṡ₀ = ±0.5 rad/s, against the quadrature of c along the curve."""
     arm, q0 = case
-    law, plant, n = controllers.NullSpaceVector(arm), Plant(arm), arm.nv
+    law, plant, n = controllers.NullSpaceVector(arm), RigidBodyPlant(arm), arm.nv
     target = Target(x=arm.task_position(q0), dx=np.zeros(arm.task_dim), ddx=np.zeros(arm.task_dim))
 
     def derivative(t, y):

@@ -12,8 +12,8 @@ from scipy.optimize import minimize_scalar
 
 from ..checks import finite_vector
 from ..controllers import TaskSpaceController
+from ..plants import RigidBodyPlant
 from ..redundancy import Array, homogeneous_acceleration, homogeneous_velocity, minimum_torque, pseudoinverse_torque
-from ..simulation import Plant
 from ..trajectories import Target, Trajectory
 
 TOLERANCE = 1e-10
@@ -93,7 +93,7 @@ class _ClosedLoop:
 
     def __init__(self, controller: TaskSpaceController, trajectory: Trajectory, q0: Array) -> None:
         self.controller, self.trajectory, self.q0 = controller, trajectory, q0
-        self.arm, self.plant = controller.arm, Plant(controller.arm)
+        self.arm, self.plant = controller.arm, RigidBodyPlant(controller.arm)
         self.start = self.arm.task_position(q0)
         self.piece_end = trajectory.duration
 

@@ -9,8 +9,8 @@ import pinocchio as pin
 
 from .. import controllers
 from ..arm import Arm
+from ..plants import RigidBodyPlant
 from ..simulation import RungeKutta4, simulate
-from ..simulation.plant import Plant
 from ..trajectories import StraightLine
 from . import literal
 from .arms import Sample
@@ -33,7 +33,7 @@ def _run_of(name: str, arm: Arm, rounds: int) -> list[Row]:
     law, timed = controllers.create(name, arm), controllers.create(name, arm)
     timed.reset(q0, v0, literal.DT)
     bare, sample = floor(arm), Sample(q0, v0, target, arm.state(q0, v0))
-    plant, method, tau = Plant(arm), RungeKutta4(), timed.torque(q0, v0, target)
+    plant, method, tau = RigidBodyPlant(arm), RungeKutta4(), timed.torque(q0, v0, target)
 
     def run() -> float:
         begin = time.perf_counter()

@@ -1,4 +1,4 @@
-"""The closed loop: plant, integrators, events, the loop itself and its recording."""
+"""The closed loop: integrators, events, the loop itself and its recording."""
 
 from .events import (
     DEFAULT_EVENTS,
@@ -13,7 +13,6 @@ from .events import (
 )
 from .integrators import INTEGRATORS, Integrator, RungeKutta4, SemiImplicitEuler
 from .loop import completed, simulate
-from .plant import Plant
 from .run import Run
 from .run_file import RunInfo
 
@@ -25,7 +24,6 @@ __all__ = [
     "Integrator",
     "JointLimit",
     "Moment",
-    "Plant",
     "Run",
     "RunInfo",
     "RungeKutta4",

@@ -5,8 +5,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from ..checks import known_name
+from ..plants import Plant
 from ..redundancy import Array
-from .plant import Plant
 
 
 class Integrator(ABC):

@@ -15,10 +15,10 @@ from ..checks import finite_vector, positive
 from ..controllers import Controller
 from ..exceptions import NonFiniteError, ParameterError, ShapeError, shown
 from ..limits import joint_limit
+from ..plants import Plant, RigidBodyPlant
 from ..trajectories import Trajectory
 from .events import DEFAULT_EVENTS, Event, Moment
 from .integrators import Integrator, find_integrator
-from .plant import Plant
 from .recorder import Recorder, read_only
 from .run import Run
 from .run_file import MAX_SAMPLES, RunInfo, versions
@@ -31,6 +31,7 @@ def simulate(
     q0: ArrayLike,
     v0: ArrayLike | None = None,
     dt: float = 1e-3,
+    plant: Plant | None = None,
     integrator: str | Integrator = "rk4",
     saturation: ArrayLike | str | None = None,
     events: Sequence[Event] = DEFAULT_EVENTS,
@@ -56,6 +57,7 @@ def simulate(
         q0: Joint configuration at the start, shape (nq,), rad.
         v0: Joint velocity at the start, shape (nv,), rad/s; None for rest.
         dt: Sampling time, s.
+        plant: What moves under the torque, a plant of the law's arm; None for `RigidBodyPlant`, ideal rigid bodies.
         integrator: A name of `simulation.INTEGRATORS`, or an integrator.
         saturation: Largest |τ| that the motors give, N m: a number, one a joint, or `"urdf"` for the robot's own; the
             torque is cut off there and recorded as it was applied. None for motors without limits.
@@ -71,7 +73,8 @@ def simulate(
         ShapeError: If q0 or v0 has the wrong shape, or the trajectory another number of task coordinates than the arm.
         NonFiniteError: If q0 or v0 is not finite.
         ParameterError: If the torque at the start is not finite, dt is not above zero, longer than the motion, or so
-            short that the recording would not fit, or the law, the trajectory, an event or a callback is none.
+            short that the recording would not fit; or the law, the trajectory, the plant, an event or a callback is
+            none, or the plant is one of another arm.
         UnknownNameError: If there is no such integrator.
         KeyboardInterrupt: If the user's Ctrl-C comes before anything is recorded.
     """
@@ -91,7 +94,8 @@ def simulate(
             f"the arm's task {arm.task} has {arm.task_dim}: give one number for each"
         )
     _require_events(events, arm)
-    method, plant, start, task = find_integrator(integrator), Plant(arm), arm.task_position(q), arm.coordinates
+    plant = _plant_of(arm, plant)
+    method, start, task = find_integrator(integrator), arm.task_position(q), arm.coordinates
     recorder = Recorder(arm, np.arange(samples, dtype=np.float64) * dt)
     report_every = max(1, samples // 100)
     end = _End("finished", float(recorder.t[-1]))
@@ -189,6 +193,15 @@ def completed(run: Run) -> Run:
 def _require_kind(name: str, value: object, kind: type) -> None:
     if not isinstance(value, kind):
         raise ParameterError(f"{name} must be a {kind.__name__}, got {shown(value)}")
+
+
+def _plant_of(arm: Arm, plant: Plant | None) -> Plant:
+    if plant is None:
+        return RigidBodyPlant(arm)
+    _require_kind("plant", plant, Plant)
+    if plant.arm is not arm and plant.arm.description != arm.description:
+        raise ParameterError(f"the plant must be one of the law's arm {arm!r}, got one of {plant.arm!r}")
+    return plant
 
 
 def _require_events(events: Sequence[Event], arm: Arm) -> None:

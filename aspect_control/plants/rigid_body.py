@@ -1,4 +1,4 @@
-"""The arm as a plant: what it does under a torque."""
+"""The arm as ideal rigid bodies, on Pinocchio."""
 
 from __future__ import annotations
 
@@ -6,24 +6,20 @@ import pinocchio as pin
 
 from ..arm import Arm
 from ..redundancy import Array
+from .base import Plant
 
 
-class Plant:
+class RigidBodyPlant(Plant):
     """Ideal rigid-body dynamics of an arm, by the articulated body algorithm."""
 
     def __init__(self, arm: Arm) -> None:
         """Set the arm, whose model is shared and whose buffers are not."""
+        super().__init__(arm)
         self._model = arm.model
         self._data = arm.model.createData()
 
     def acceleration(self, q: Array, v: Array, tau: Array) -> Array:
-        """Return θ̈ = M⁻¹(τ − N), shape (nv,), rad/s².
-
-        Args:
-            q: Joint configuration, shape (nq,), rad.
-            v: Joint velocity, shape (nv,), rad/s.
-            tau: Joint torque, shape (nv,), N m.
-        """
+        """Return θ̈ = M⁻¹(τ − N), shape (nv,), rad/s²; see `Plant.acceleration`."""
         result: Array = pin.aba(self._model, self._data, q, v, tau)
         return result
 

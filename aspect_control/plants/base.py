@@ -1,0 +1,39 @@
+"""What every plant is: an arm that accelerates under a torque."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+from ..arm import Arm
+from ..redundancy import Array
+
+
+class Plant(ABC):
+    """What moves under a torque, in the joint coordinates of an arm.
+
+    Attributes:
+        arm: The arm whose joint coordinates q, v and τ are.
+    """
+
+    def __init__(self, arm: Arm) -> None:
+        """Set the arm."""
+        self.arm = arm
+
+    @abstractmethod
+    def acceleration(self, q: Array, v: Array, tau: Array) -> Array:
+        """Return θ̈, shape (nv,), rad/s².
+
+        Args:
+            q: Joint configuration, shape (nq,), rad.
+            v: Joint velocity, shape (nv,), rad/s.
+            tau: Joint torque, shape (nv,), N m.
+        """
+
+    def integrate(self, q: Array, displacement: Array) -> Array:
+        """Return q ⊕ displacement on the configuration manifold, shape (nq,), rad.
+
+        Args:
+            q: Joint configuration, shape (nq,), rad.
+            displacement: Joint velocity times time, shape (nv,), rad.
+        """
+        return self.arm.integrate(q, displacement)

@@ -16,9 +16,9 @@ from aspect_control.analysis import (
     summarize,
     total_variation,
 )
-from aspect_control.analysis import trajectory_a as paper
-from aspect_control.analysis.section4 import AGREES, DIFFERS, NOT_MEASURED, PARTLY, claims, torque_peaks
 from aspect_control.resources import model_path
+from aspect_control.studies.paper import AGREES, DIFFERS, NOT_MEASURED, PARTLY, claims, torque_peaks
+from aspect_control.studies.paper import trajectory_a as paper
 
 
 @pytest.fixture(scope="module")

@@ -11,9 +11,9 @@ import pytest
 from PIL import Image, ImageSequence
 
 from aspect_control import controllers, simulate
-from aspect_control.analysis import trajectory_a as paper
 from aspect_control.exceptions import OutputError, ParameterError, UnknownNameError
 from aspect_control.simulation.events import Diverged
+from aspect_control.studies.paper import trajectory_a as paper
 from aspect_control.trajectories import StraightLine
 from aspect_control.views import animate
 from aspect_control.views.animation import HOLD

@@ -8,10 +8,10 @@ import pytest
 from example_arms import example_arm
 
 from aspect_control import aspects
-from aspect_control.analysis import trajectory_a as paper
 from aspect_control.analysis.self_motion import self_motion_of_run
 from aspect_control.resources import scenario_paths
 from aspect_control.scenario import load_scenario
+from aspect_control.studies.paper import trajectory_a as paper
 
 PAGE = (Path(__file__).parents[1] / "docs" / "aspects.md").read_text(encoding="utf-8")
 WORDS = " ".join(PAGE.split())

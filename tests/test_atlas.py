@@ -12,10 +12,10 @@ from example_arms import example_arm
 
 from aspect_control import aspects
 from aspect_control.analysis import minor_zero_crossings
-from aspect_control.analysis import trajectory_a as paper
 from aspect_control.analysis.atlas import atlas_record
 from aspect_control.cli import main
 from aspect_control.exceptions import JointNotFoundError, ParameterError
+from aspect_control.studies.paper import trajectory_a as paper
 from aspect_control.views import atlas_figure, stability_figure
 from aspect_control.views.screen import describe_time
 

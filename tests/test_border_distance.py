@@ -10,10 +10,10 @@ from example_arms import example_arm, random_motions, slopes
 import aspect_control as ac
 from aspect_control import controllers
 from aspect_control.analysis import border_ahead, minor_zero_crossings, preview, summarize, warn_of_border_ahead
-from aspect_control.analysis import trajectory_a as paper
 from aspect_control.exceptions import AspectBorderWarning
 from aspect_control.redundancy import border_distance, minor_rates, minors, time_to_border
 from aspect_control.scenario import load_scenario
+from aspect_control.studies.paper import trajectory_a as paper
 
 READY = [0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4]
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import aspect_control as ac
-from aspect_control.analysis import trajectory_a as paper
+from aspect_control.studies.paper import trajectory_a as paper
 
 COMMAND = str(Path(sys.executable).with_name("aspect-control"))
 FILES = {

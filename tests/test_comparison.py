@@ -5,8 +5,8 @@ import pytest
 
 from aspect_control import controllers
 from aspect_control.analysis import summarize
-from aspect_control.analysis.comparison import VARIANTS, self_motion_energy, with_variants
 from aspect_control.scenario import load_scenario
+from aspect_control.studies.comparison import VARIANTS, self_motion_energy, with_variants
 from aspect_control.views import comparison_report, torque_figure
 
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aspect_control import controllers, simulate
-from aspect_control.analysis import trajectory_a as paper
 from aspect_control.exceptions import NonFiniteError, ParameterError
+from aspect_control.studies.paper import trajectory_a as paper
 from aspect_control.trajectories import StraightLine
 from aspect_control.views.frames import (
     aspect_changes,

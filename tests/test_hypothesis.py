@@ -14,7 +14,13 @@ from hypothesis import strategies as st
 from scipy.stats import pearsonr, rankdata
 
 from aspect_control.analysis import aspect_preserved
-from aspect_control.analysis.hypothesis import (
+from aspect_control.exceptions import (
+    ParameterError,
+    UnknownNameError,
+    WorkerError,
+)
+from aspect_control.scenario import load_scenario
+from aspect_control.studies.hypothesis import (
     ABLATION,
     EXPLODED_INSIDE,
     LEFT_AND_CALM,
@@ -29,14 +35,8 @@ from aspect_control.analysis.hypothesis import (
     rank_correlation,
     time_estimate,
 )
-from aspect_control.analysis.hypothesis.outcome import sample_outcome
-from aspect_control.analysis.hypothesis.parallel import processes
-from aspect_control.exceptions import (
-    ParameterError,
-    UnknownNameError,
-    WorkerError,
-)
-from aspect_control.scenario import load_scenario
+from aspect_control.studies.hypothesis.outcome import sample_outcome
+from aspect_control.studies.hypothesis.parallel import processes
 from aspect_control.views import hypothesis_figure, hypothesis_report, hypothesis_verdict
 
 LAWS = ("pseudoinverse", "null-space-vector")

@@ -13,10 +13,10 @@ import pytest
 
 import aspect_control as ac
 from aspect_control.analysis import aspect_preserved
-from aspect_control.analysis.hypothesis import ABLATION, THRESHOLDS, Experiment
 from aspect_control.cli.commands import app
 from aspect_control.exceptions import AspectControlError, ParameterError, ScenarioError, ShapeError
 from aspect_control.scenario import load_scenario
+from aspect_control.studies.hypothesis import ABLATION, THRESHOLDS, Experiment
 
 COMMAND = str(Path(sys.executable).with_name("aspect-control"))
 DOCS = Path(__file__).parents[1] / "docs"

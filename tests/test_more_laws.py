@@ -9,7 +9,6 @@ from example_arms import example_arm, random_postures, slopes
 
 from aspect_control import Hold, StraightLine, Target, controllers, criteria, simulate
 from aspect_control.analysis import aspect_preserved, peak_torque, total_variation
-from aspect_control.analysis import trajectory_a as paper
 from aspect_control.exceptions import (
     NonFiniteError,
     NotRedundantError,
@@ -20,6 +19,7 @@ from aspect_control.exceptions import (
 )
 from aspect_control.redundancy import manipulability, manipulability_gradient
 from aspect_control.scenario import load_scenario
+from aspect_control.studies.paper import trajectory_a as paper
 
 LAWS = {
     "damped-null-space": controllers.DampedNullSpace,

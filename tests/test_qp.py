@@ -19,7 +19,6 @@ from scipy.optimize import linprog
 
 from aspect_control import Arm, StraightLine, Target, controllers, simulate
 from aspect_control.analysis.metrics import aspect_preserved, total_variation
-from aspect_control.analysis.trajectory_a import Q0, TRAJECTORY
 from aspect_control.controllers import QPStatus, QPTorque
 from aspect_control.exceptions import (
     AspectControlError,
@@ -30,6 +29,7 @@ from aspect_control.exceptions import (
     UnknownNameError,
 )
 from aspect_control.scenario import load_scenario
+from aspect_control.studies.paper.trajectory_a import Q0, TRAJECTORY
 
 DT = 1e-3
 ARMS = ("planar", "panda", "xarm7")

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aspect_control.analysis import trajectory_a as paper
 from aspect_control.arm import Arm
 from aspect_control.controllers import Controller
 from aspect_control.exceptions import AspectControlError, ScenarioError
 from aspect_control.resources import model_path, scenario_paths
 from aspect_control.scenario import load_scenario
+from aspect_control.studies.paper import trajectory_a as paper
 
 SHIPPED = list(scenario_paths())
 PANDA = scenario_paths()["panda-xyz"].read_text(encoding="utf-8") if "panda-xyz" in SHIPPED else ""

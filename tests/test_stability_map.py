@@ -8,7 +8,6 @@ from scipy.integrate import quad, solve_ivp
 from scipy.interpolate import CubicSpline
 
 from aspect_control import Hold, Target, aspects, controllers, simulate
-from aspect_control.analysis import trajectory_a as paper
 from aspect_control.analysis.self_motion import self_motion_of_run
 from aspect_control.arm import Arm
 from aspect_control.exceptions import ParameterError
@@ -21,6 +20,7 @@ from aspect_control.redundancy import (
     null_vector_derivative,
     pseudoinverse_torque,
 )
+from aspect_control.studies.paper import trajectory_a as paper
 
 POSTURES = {
     "planar3r": np.deg2rad([-50.0, 140.0, -140.0]),

@@ -7,12 +7,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from aspect_control.analysis import chain_check, summarize
-from aspect_control.analysis.chain_check import ChainCheck, chain_deviation, check_chains
-from aspect_control.analysis.survey import REFERENCE, SurveyRow, survey, survey_rows
+from aspect_control.analysis import summarize
 from aspect_control.arm import Arm
 from aspect_control.arm.sources.examples import load_example_model
 from aspect_control.scenario import load_scenario
+from aspect_control.studies import chain_check
+from aspect_control.studies.chain_check import ChainCheck, chain_deviation, check_chains
+from aspect_control.studies.survey import REFERENCE, SurveyRow, survey, survey_rows
 from aspect_control.views import survey_figure, survey_report
 
 NAMES = ("planar3r", "panda-xyz")

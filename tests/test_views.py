@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from aspect_control.analysis import trajectory_a as paper
 from aspect_control.exceptions import OutputError
+from aspect_control.studies.paper import trajectory_a as paper
 from aspect_control.views import comparison_figure, run_figure, save_figure
 
 
@@ -87,7 +87,7 @@ def test_a_figure_that_cannot_be_written_is_an_error_of_ours(runs, tmp_path):
 
 def test_drawing_opens_no_window_and_needs_no_backend():
     code = (
-        "import sys, json; from aspect_control.analysis import trajectory_a as p;"
+        "import sys, json; from aspect_control.studies.paper import trajectory_a as p;"
         "from aspect_control.views import run_figure;"
         "run_figure(p.run_law('jmdc', 0.01)); print(json.dumps('matplotlib.pyplot' in sys.modules))"
     )

@@ -1,4 +1,4 @@
-"""What is computed from runs."""
+"""What is computed from one run."""
 
 from .border_ahead import BorderAhead, border_ahead, preview, warn_of_border_ahead
 from .limit import ContinuousLimit, continuous_limit

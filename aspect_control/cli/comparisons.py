@@ -25,12 +25,12 @@ def survey(
     ] = False,
 ) -> None:
     """Run the laws on every scenario that ships with the package and compare them."""
-    from ..analysis.chain_check import check_chains
-    from ..analysis.survey import SurveyRow
-    from ..analysis.survey import survey as run_survey
     from ..files import output_folder, write_text
     from ..resources import scenario_paths
     from ..scenario import load_scenario
+    from ..studies.chain_check import check_chains
+    from ..studies.survey import SurveyRow
+    from ..studies.survey import survey as run_survey
     from ..views import save_figure, survey_figure, survey_report
     from ..views.screen import progress_bar, show_table
 
@@ -76,8 +76,8 @@ def compare(
     ),
 ) -> None:
     """Run all laws on the planar arm, Panda and Baxter and compare them."""
-    from ..analysis.comparison import SCENARIOS, compare_laws
     from ..files import output_folder, write_text
+    from ..studies.comparison import SCENARIOS, compare_laws
     from ..views import comparison_report, save_figure, torque_figure
     from ..views.screen import progress_bar, show_laws
 
@@ -112,9 +112,9 @@ def hypothesis(
     yes: Annotated[bool, typer.Option("--yes", help="Go on even if it takes long.")] = False,
 ) -> None:
     """Test on random motions whether keeping the aspect is necessary for a calm torque."""
-    from ..analysis.hypothesis import Experiment, HypothesisResult, examine_hypothesis, time_estimate
     from ..files import output_folder, write_text
     from ..scenario import load_scenario
+    from ..studies.hypothesis import Experiment, HypothesisResult, examine_hypothesis, time_estimate
     from ..views import hypothesis_figure, hypothesis_report, hypothesis_rows, hypothesis_verdict, save_figure
     from ..views.screen import processors, progress_bar, require_patience, show_table
 

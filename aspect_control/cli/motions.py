@@ -28,10 +28,10 @@ def reproduce(
 ) -> None:
     """Run the paper's laws on its trajectory A and hold its claims against the results."""
     from ..analysis import summarize
-    from ..analysis import trajectory_a as paper
-    from ..analysis.section4 import claims
     from ..checks import positive
     from ..files import output_folder, write_text
+    from ..studies.paper import claims
+    from ..studies.paper import trajectory_a as paper
     from ..views import comparison_figure, law_name, replay, reproduction_report, run_figure, save_figure
     from ..views.screen import progress_bar, show_claims, show_laws
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..analysis.hypothesis import (
+from ..studies.hypothesis import (
     EXPLODED_INSIDE,
     LEFT_AND_CALM,
     THRESHOLD,
@@ -195,7 +195,7 @@ def _counterexamples(result: HypothesisResult) -> list[str]:
         "made again by",
         "",
         "```python",
-        "from aspect_control.analysis.hypothesis import Experiment",
+        "from aspect_control.studies.hypothesis import Experiment",
         "from aspect_control.scenario import load_scenario",
         "",
         f'experiment = Experiment.of("{experiment.name}", load_scenario("{experiment.name}"), '

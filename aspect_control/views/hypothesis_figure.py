@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.hypothesis import ABLATION, THRESHOLD, HypothesisResult
+from ..studies.hypothesis import ABLATION, THRESHOLD, HypothesisResult
 from .style import COLOURS, law_name, plain_text, style
 
 _CALM, _EXPLODED = COLOURS[4], COLOURS[1]

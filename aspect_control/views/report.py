@@ -7,9 +7,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ..analysis import ContinuousLimit
-from ..analysis.section4 import Claim
-from ..analysis.trajectory_a import Reproduction
 from ..simulation import Run
+from ..studies.paper import Claim
+from ..studies.paper.trajectory_a import Reproduction
 
 
 def reproduction_report(reproduction: Reproduction, claims: Sequence[Claim]) -> str:

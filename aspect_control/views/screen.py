@@ -14,10 +14,10 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from ..analysis.section4 import AGREES, Claim
 from ..aspects import SelfMotion, Start, growth
 from ..benchmark import EveryTick, Row, Verdict
 from ..exceptions import ParameterError
+from ..studies.paper import AGREES, Claim
 from .benchmark import EVERY_TICK_HEADER, every_tick_table
 
 LONG = 1800.0

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..analysis import exploded
-from ..analysis.chain_check import ChainCheck
-from ..analysis.survey import SurveyRow
+from ..studies.chain_check import ChainCheck
+from ..studies.survey import SurveyRow
 from .report import markdown_table
 from .style import COLOURS, law_name, style
 

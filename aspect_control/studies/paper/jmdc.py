@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..metrics import aspect_preserved, intervals
-from ..trajectory_a import Reproduction
+from ...analysis.metrics import aspect_preserved, intervals
 from .claim import AGREES, CALM, DIFFERS, PARTLY, Claim, describe_stretches, one_aspect, peak_torque
+from .trajectory_a import Reproduction
 
 
 def jmdc_claims(r: Reproduction) -> list[Claim]:

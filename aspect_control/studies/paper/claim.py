@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...analysis.metrics import aspect_preserved, minor_zero_crossings
 from ...redundancy import Array
 from ...simulation import Run
-from ..metrics import aspect_preserved, minor_zero_crossings
 
 AGREES, PARTLY, DIFFERS, NOT_MEASURED = "agrees", "partly", "differs", "not measured"
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ..metrics import aspect_preserved
-from ..trajectory_a import Reproduction
+from ...analysis.metrics import aspect_preserved
 from .claim import AGREES, DIFFERS, EXPLODED, PARTLY, Claim, peak_torque
+from .trajectory_a import Reproduction
 
 
 def hypothesis_claims(r: Reproduction) -> list[Claim]:

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from ..analysis.metrics import summarize
 from ..scenario import Scenario
 from ..simulation import Run
-from .metrics import summarize
 
 REFERENCE = "pseudoinverse"
 """The law that peak torques are compared with."""

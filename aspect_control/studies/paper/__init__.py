@@ -5,13 +5,13 @@ A verdict is computed from the measurement, by the criterion that stands in the 
 
 from __future__ import annotations
 
-from ..trajectory_a import Reproduction
 from .claim import AGREES, DIFFERS, NOT_MEASURED, PARTLY, Claim, torque_peaks
 from .cost import cost_claims
 from .hypothesis import hypothesis_claims
 from .jmdc import jmdc_claims
 from .modified import modified_claims
 from .null_space_vector import minors_claims, null_space_vector_claims
+from .trajectory_a import Reproduction
 
 __all__ = ["AGREES", "DIFFERS", "NOT_MEASURED", "PARTLY", "Claim", "claims", "torque_peaks"]
 

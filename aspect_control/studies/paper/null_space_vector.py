@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import spearmanr
 
+from ...analysis.metrics import minor_zero_crossings
 from ...redundancy import manipulability
 from ...simulation import Run
-from ..metrics import minor_zero_crossings
-from ..trajectory_a import Reproduction
 from .claim import (
     AGREES,
     CALM,
@@ -20,6 +19,7 @@ from .claim import (
     self_motion_speed,
     torque_peaks,
 )
+from .trajectory_a import Reproduction
 
 PAPER_PRODUCT_PEAK = 6.5e5
 """Peak of θ̇_H·θ̈_H that the paper gives, rad²/s³."""

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..metrics import intervals
-from ..trajectory_a import Reproduction
+from ...analysis.metrics import intervals
 from .claim import (
     AGREES,
     CALM,
@@ -17,6 +16,7 @@ from .claim import (
     one_aspect,
     peak_torque,
 )
+from .trajectory_a import Reproduction
 
 PAPER_ON_INTERVALS = ((1.0, 1.65), (1.8, 2.0))
 """When the paper has the null-space term on, s."""

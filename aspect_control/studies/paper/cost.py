@@ -9,8 +9,8 @@ import numpy as np
 from ... import controllers
 from ...redundancy import kernels_compiled
 from ...trajectories import Target
-from ..trajectory_a import Reproduction
 from .claim import AGREES, DIFFERS, PARTLY, Claim
+from .trajectory_a import Reproduction
 
 ROUNDS = 7
 """Rounds in which the two laws take turns."""

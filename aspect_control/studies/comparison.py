@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from ..analysis.metrics import summarize
 from ..resources import scenario_paths
 from ..scenario import Scenario, load_scenario
 from ..simulation import Run
-from .metrics import summarize
 
 SCENARIOS = ("planar3r", "panda-xyz", "panda-pose", "baxter-xyz")
 """The shipped scenarios on which the laws are compared."""

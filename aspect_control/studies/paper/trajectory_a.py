@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import controllers
-from ..arm import Arm
-from ..resources import model_path
-from ..simulation import Run, completed, simulate
-from ..trajectories import StraightLine
-from .limit import ContinuousLimit, continuous_limit
+from ... import controllers
+from ...analysis.limit import ContinuousLimit, continuous_limit
+from ...arm import Arm
+from ...resources import model_path
+from ...simulation import Run, completed, simulate
+from ...trajectories import StraightLine
 
 LAWS = ("pseudoinverse", "null-space-vector", "modified-null-space-vector", "jmdc")
 """The laws that are compared, by registry name."""

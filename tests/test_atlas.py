@@ -203,9 +203,8 @@ def test_atlas_figure_shows_signatures_borders_paths_and_crossings(planar_atlas,
 
 
 def test_colours_of_antipodes_are_light_and_dark_of_one_hue(planar_atlas):
+    from aspect_control.views.figures.atlas import _signature_colours
     from matplotlib.colors import rgb_to_hsv
-
-    from aspect_control.views.atlas import _signature_colours
 
     signs = planar_atlas.signatures[0]
     colours = {
@@ -259,7 +258,7 @@ def test_stability_figure_is_for_one_joint_to_spare():
 
 def test_borders_on_the_edge_of_the_torus_are_drawn(planar_atlas):
     """δ₃ = 0 at θ₂ = ±180°, δ₁ = δ₂ = 0 at θ₃ = ±180°: between the cells on both sides of the seam."""
-    from aspect_control.views.atlas_layers import _beyond_the_edges
+    from aspect_control.views.figures.atlas_layers import _beyond_the_edges
 
     a, b, values = _beyond_the_edges(planar_atlas)
     assert a[0] + a[1] == pytest.approx(-360.0)

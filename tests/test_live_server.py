@@ -10,8 +10,8 @@ import time
 
 import pytest
 
-from aspect_control.views.scene import server as live
-from aspect_control.views.scene.server import LiveServer
+from aspect_control.views.replays.scene import server as live
+from aspect_control.views.replays.scene.server import LiveServer
 
 PAGE = "<p>the arm</p>"
 
@@ -195,7 +195,7 @@ ENDINGS = {
 def test_it_ends_without_a_word_with_viewers_connected(ending):
     code = (
         "import sys, time\n"
-        "from aspect_control.views.scene.server import LiveServer\n"
+        "from aspect_control.views.replays.scene.server import LiveServer\n"
         "try:\n"
         "    server = LiveServer('page', port=0)\n"
         "    print(server.port, flush=True)\n"

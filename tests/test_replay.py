@@ -29,8 +29,8 @@ from aspect_control.exceptions import (
     UnknownNameError,
 )
 from aspect_control.trajectories import Hold, StraightLine
-from aspect_control.views.scene.recorder import CommandRecorder
-from aspect_control.views.scene.robot import Robot, joint_poses
+from aspect_control.views.replays.scene.recorder import CommandRecorder
+from aspect_control.views.replays.scene.robot import Robot, joint_poses
 
 COMMAND = str(Path(sys.executable).with_name("aspect-control"))
 START = np.deg2rad([-50.0, 140.0, -140.0])
@@ -226,7 +226,7 @@ def messages_of(view, count):
 
 
 def test_a_live_replay_sends_the_frames_of_a_replay_and_late_viewers_get_all_of_them(run, monkeypatch):
-    monkeypatch.setattr("aspect_control.views.live_replay.PAUSE", 0.0)
+    monkeypatch.setattr("aspect_control.views.replays.live_replay.PAUSE", 0.0)
     ended = replace(run, info=replace(run.info, status="diverged", message="diverged"))
     with views.LiveReplay(ended, speed=20.0, port=0) as view:
         assert not view.wait_for_viewer(0.1)

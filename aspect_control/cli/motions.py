@@ -15,7 +15,7 @@ from .application import app, as_json
 if TYPE_CHECKING:
     from ..scenario import Scenario
     from ..views import LiveView
-    from ..views.scene.server import LiveServer
+    from ..views.replays.scene.server import LiveServer
 
 Host = Annotated[str, typer.Option(help="Address that --live listens on.")]
 Port = Annotated[int, typer.Option(help="Port that --live listens on; if it is taken, the next free one.")]

@@ -8,28 +8,30 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .animation import animate
-from .atlas import atlas_figure, stability_figure
 from .benchmark import benchmark_figure, benchmark_report
-from .comparison import comparison_report, torque_figure
-from .figures import comparison_figure, run_figure, save_figure
-from .hypothesis import hypothesis_report, hypothesis_rows, hypothesis_verdict
-from .hypothesis_figure import hypothesis_figure
-from .report import reproduction_report
-from .self_motion import self_motion_figure
+from .figures.animation import animate
+from .figures.atlas import atlas_figure, stability_figure
+from .figures.comparison import torque_figure
+from .figures.hypothesis import hypothesis_figure
+from .figures.runs import comparison_figure, run_figure, save_figure
+from .figures.self_motion import self_motion_figure
+from .figures.survey import survey_figure
+from .reports.comparison import comparison_report
+from .reports.hypothesis import hypothesis_report, hypothesis_rows, hypothesis_verdict
+from .reports.reproduction import reproduction_report
+from .reports.survey import survey_report
 from .style import law_name, plain_text
-from .survey import survey_figure, survey_report
 
 if TYPE_CHECKING:
-    from .live import LiveView
-    from .live_replay import LiveReplay
-    from .replay_page import Replay, replay
+    from .replays.live import LiveView
+    from .replays.live_replay import LiveReplay
+    from .replays.replay_page import Replay, replay
 
 _WITH_MESHCAT = {
-    "LiveReplay": "live_replay",
-    "LiveView": "live",
-    "Replay": "replay_page",
-    "replay": "replay_page",
+    "LiveReplay": "replays.live_replay",
+    "LiveView": "replays.live",
+    "Replay": "replays.replay_page",
+    "replay": "replays.replay_page",
 }
 
 __all__ = [

@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Mapping
 
-from ..simulation import Run
-from .frames import FRAME_RATE, frame_times, labelled_runs
+from ...simulation import Run
+from ..frames import FRAME_RATE, frame_times, labelled_runs
 from .scene.page import build_page
 from .scene.readings import CALMEST, reading_message, run_data, torque_marks
 from .scene.replay_scene import Motion

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..redundancy import Array
-from ..simulation import Run
-from .frames import aspect_changes, finite_part, samples_at
+from ...redundancy import Array
+from ...simulation import Run
+from ..frames import aspect_changes, finite_part, samples_at
+from ..style import COLOURS, DASHES, plain_text
 from .moving_arm import Motion, MovingArm, drawing_axes, limits
-from .style import COLOURS, DASHES, plain_text
 
 WIDTH = 9.0
 """Width of the picture, inches of 100 pixels."""

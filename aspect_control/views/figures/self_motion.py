@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..aspects import SelfMotion
+from ...aspects import SelfMotion
+from ..style import COLOURS, DASHES, style
 from .panels import MOST_NAMED, minor_unit
-from .style import COLOURS, DASHES, style
 
 
 def self_motion_figure(curve: SelfMotion, title: str = "") -> Any:

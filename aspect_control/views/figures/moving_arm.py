@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..arm.tasks import AXES
-from ..redundancy import Array
-from ..simulation import Run
+from ...arm.tasks import AXES
+from ...redundancy import Array
+from ...simulation import Run
 from .panels import desired_positions, drawing_plane
 
 LINK_WIDTH = 0.028

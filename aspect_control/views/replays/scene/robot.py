@@ -10,10 +10,10 @@ import pinocchio as pin
 from meshcat import geometry as shapes
 from pinocchio.visualize import MeshcatVisualizer
 
-from ...arm import Arm
-from ...arm.visuals import visual_geometry
-from ...exceptions import ModelError
-from ...redundancy import Array
+from ....arm import Arm
+from ....arm.visuals import visual_geometry
+from ....exceptions import ModelError
+from ....redundancy import Array
 
 _STICK = shapes.MeshLambertMaterial(color=0xB8BEC6)
 

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.metrics import total_variation
-from ..checks import file_path, known_name
-from ..exceptions import OutputError
-from ..files import atomic_path
-from ..simulation import Run
+from ...analysis.metrics import total_variation
+from ...checks import file_path, known_name
+from ...exceptions import OutputError
+from ...files import atomic_path
+from ...simulation import Run
+from ..style import COLOURS, DASHES, law_name, style
 from .panels import (
     LEGEND_COLUMNS,
     draw_arm_motion,
@@ -24,7 +25,6 @@ from .panels import (
     minor_unit,
     motion_shape,
 )
-from .style import COLOURS, DASHES, law_name, style
 
 
 def run_figure(run: Run, title: str = "") -> Any:

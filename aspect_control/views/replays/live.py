@@ -8,18 +8,18 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arm import Arm
-from ..checks import known_name, positive
-from ..redundancy import Array, aspect_signature, pseudoinverse_torque
-from ..simulation import Moment
-from ..trajectories import Trajectory
-from .frames import FRAME_RATE, torque_limits
-from .panels import world_positions
+from ...arm import Arm
+from ...checks import known_name, positive
+from ...redundancy import Array, aspect_signature, pseudoinverse_torque
+from ...simulation import Moment
+from ...trajectories import Trajectory
+from ..figures.panels import world_positions
+from ..frames import FRAME_RATE, torque_limits
+from ..style import law_name
 from .scene.page import build_page
 from .scene.readings import Reading, change_data, reading_message, run_data
 from .scene.server import LOOPBACK, PORT, LiveServer, sleep_until
 from .scene.stage import Performer, Stage
-from .style import law_name
 
 PATH_POINTS = 200
 """Points that the desired path is drawn with."""

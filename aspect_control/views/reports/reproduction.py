@@ -6,10 +6,11 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from ..analysis import ContinuousLimit
-from ..simulation import Run
-from ..studies.paper import Claim
-from ..studies.paper.trajectory_a import Reproduction
+from ...analysis import ContinuousLimit
+from ...simulation import Run
+from ...studies.paper import Claim
+from ...studies.paper.trajectory_a import Reproduction
+from .markdown import markdown_table
 
 
 def reproduction_report(reproduction: Reproduction, claims: Sequence[Claim]) -> str:
@@ -98,9 +99,3 @@ def _verdicts(claims: Sequence[Claim]) -> list[str]:
 def _scientific(value: float) -> str:
     mantissa, exponent = f"{value:.2e}".split("e")
     return f"{mantissa}·10^{int(exponent)}"
-
-
-def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
-    """Return the lines of a Markdown table."""
-    lines = [header, ["---"] * len(header), *rows]
-    return ["| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines]

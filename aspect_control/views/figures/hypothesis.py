@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..studies.hypothesis import ABLATION, THRESHOLD, HypothesisResult
-from .style import COLOURS, law_name, plain_text, style
+from ...studies.hypothesis import ABLATION, THRESHOLD, HypothesisResult
+from ..style import COLOURS, law_name, plain_text, style
 
 _CALM, _EXPLODED = COLOURS[4], COLOURS[1]
 _MARKERS = "o^svDP*"

@@ -12,12 +12,12 @@ from meshcat.commands import SetAnimation
 from meshcat.path import Path as NodePath
 from numpy.typing import NDArray
 
-from ...analysis import minor_zero_crossings
-from ...arm import Arm
-from ...redundancy import Array
-from ...simulation import Run
-from ..frames import FRAME_RATE, finite_part, frame_times, samples_at
-from ..panels import desired_positions
+from ....analysis import minor_zero_crossings
+from ....arm import Arm
+from ....redundancy import Array
+from ....simulation import Run
+from ...figures.panels import desired_positions
+from ...frames import FRAME_RATE, finite_part, frame_times, samples_at
 from .readings import CALMEST, Reading, change_data, run_data, torque_marks
 from .robot import joint_poses
 from .stage import Performer, Stage

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..aspects import Atlas
-from ..exceptions import ParameterError
-from ..redundancy import Array
-from ..simulation import Run
+from ...aspects import Atlas
+from ...exceptions import ParameterError
+from ...redundancy import Array
+from ...simulation import Run
+from ..style import COLOURS, style
 from .atlas_layers import (
     MOST_SIGNATURES,
     axis_label,
@@ -24,7 +25,6 @@ from .atlas_layers import (
     shown_range,
 )
 from .panels import MOST_NAMED
-from .style import COLOURS, style
 
 _LIGHT, _LIGHTER = 0.25, 0.66
 """How much white is in the colour of a signature and in that of its antipode."""

@@ -1,4 +1,4 @@
-"""The comparison of all laws as Markdown and as figures."""
+"""The joint torques of all laws on the same motion."""
 
 from __future__ import annotations
 
@@ -6,44 +6,12 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from ..simulation import Run
+from ...simulation import Run
+from ..style import plain_text, style
 from .panels import draw_torques
-from .report import markdown_table
-from .style import plain_text, style
 
 COLUMNS = 3
 """Panels that a row of the figure of torques holds."""
-
-
-def comparison_report(summaries: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str:
-    """Return a table a scenario as Markdown.
-
-    Args:
-        summaries: Summaries of runs by the labels of their laws, by scenario.
-    """
-    lines = ["# All laws on the same motions", ""]
-    for scenario, runs in summaries.items():
-        lines += [
-            f"## {scenario}",
-            "",
-            *markdown_table(
-                (
-                    "law",
-                    "ended",
-                    "peak torque (N m)",
-                    "∫‖τ‖²dt (N² m² s)",
-                    "total variation of τ (N m)",
-                    "self-motion energy (J)",
-                    "aspect",
-                    "tracking error (mm)",
-                ),
-                [_cells(label, summary) for label, summary in runs.items()],
-            ),
-            "",
-            f"![joint torques of each law on {scenario}](torques-{scenario}.png)",
-            "",
-        ]
-    return "\n".join(lines)
 
 
 def torque_figure(runs: Mapping[str, Run], title: str) -> Any:
@@ -91,21 +59,3 @@ def _own_scale(axes: Any) -> str:
     if axes.get_yscale() == "linear":
         return "scale of its own"
     return f"log beyond ±{axes.yaxis.get_transform().linthresh:g} N m"
-
-
-def _cells(label: str, summary: Mapping[str, Any]) -> tuple[str, ...]:
-    changes = len(summary["minor_zero_crossings"])
-    return (
-        label,
-        summary["status"],
-        _number(max(summary["peak_torque"])),
-        _number(summary["torque_squared_integral"]),
-        _number(sum(summary["torque_total_variation"])),
-        f"{summary['self_motion_energy_max']:.2g}",
-        "kept" if summary["aspect_preserved"] else f"left, {changes} sign changes",
-        f"{1e3 * summary['max_tracking_error']:.2g}",
-    )
-
-
-def _number(value: float) -> str:
-    return f"{value:,.1f}" if value < 1e6 else f"{value:.2g}"

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis import minor_zero_crossings
-from ..aspects import Atlas, Axis
-from ..redundancy import Array
-from ..simulation import Run
+from ...analysis import minor_zero_crossings
+from ...aspects import Atlas, Axis
+from ...redundancy import Array
+from ...simulation import Run
+from ..style import law_name
 from .panels import MOST_NAMED
-from .style import law_name
 
 MOST_SIGNATURES = 8
 """The most aspect signatures that get a colour of their own."""

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis import minor_zero_crossings
-from ..arm import Arm
-from ..arm.tasks import AXES, POSITION_AXES
-from ..redundancy import Array
-from ..simulation import Run
-from .style import COLOURS, DASHES
+from ...analysis import minor_zero_crossings
+from ...arm import Arm
+from ...arm.tasks import AXES, POSITION_AXES
+from ...redundancy import Array
+from ...simulation import Run
+from ..style import COLOURS, DASHES
 
 STICK_INTERVAL = 0.1
 """Time between the stick figures of an arm motion, s."""

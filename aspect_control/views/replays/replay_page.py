@@ -8,10 +8,10 @@ import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from ..exceptions import DrawingWarning
-from ..files import write_text
-from ..simulation import Run
-from .frames import labelled_runs
+from ...exceptions import DrawingWarning
+from ...files import write_text
+from ...simulation import Run
+from ..frames import labelled_runs
 from .scene.page import build_page
 from .scene.replay_scene import build_scene
 

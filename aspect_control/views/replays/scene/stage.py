@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from ...arm import Arm
-from ...redundancy import Array
+from ....arm import Arm
+from ....redundancy import Array
 from .recorder import CommandRecorder
 from .robot import Robot
 

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...arm import Arm
-from ...redundancy import Array
-from ...simulation import Run
-from ..frames import torque_limits, torque_reference
+from ....arm import Arm
+from ....redundancy import Array
+from ....simulation import Run
+from ...frames import torque_limits, torque_reference
 from .robot import joint_poses
 
 CALMEST = "the calmest run's largest"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..studies.hypothesis import (
+from ...studies.hypothesis import (
     EXPLODED_INSIDE,
     LEFT_AND_CALM,
     THRESHOLD,
@@ -13,7 +13,7 @@ from ..studies.hypothesis import (
     HypothesisResult,
     Proportion,
 )
-from .report import markdown_table
+from .markdown import markdown_table
 
 MEASURE_NAMES = {
     "margin": "smallest normalised minor, negative if the aspect was left",

@@ -7,13 +7,13 @@ import subprocess
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from ..checks import file_path, known_name, positive
-from ..exceptions import OutputError
-from ..files import atomic_path
-from ..simulation import Run
-from .frames import FRAME_RATE, frame_times, labelled_runs
+from ...checks import file_path, known_name, positive
+from ...exceptions import OutputError
+from ...files import atomic_path
+from ...simulation import Run
+from ..frames import FRAME_RATE, frame_times, labelled_runs
+from ..style import style
 from .moving_picture import MovingPicture
-from .style import style
 
 RATES = {".gif": 25, ".mp4": int(FRAME_RATE)}
 """Frames a second of each format; GIF counts time in hundredths of a second."""

@@ -8,8 +8,6 @@ from itertools import pairwise
 import matplotlib as mpl
 import numpy as np
 import pytest
-from aspect_control.views.figures.animation import HOLD
-from aspect_control.views.figures.moving_picture import MovingPicture
 from PIL import Image, ImageSequence
 
 from aspect_control import controllers, simulate
@@ -18,6 +16,8 @@ from aspect_control.simulation.events import Diverged
 from aspect_control.studies.paper import trajectory_a as paper
 from aspect_control.trajectories import StraightLine
 from aspect_control.views import animate
+from aspect_control.views.figures.animation import HOLD
+from aspect_control.views.figures.moving_picture import MovingPicture
 from aspect_control.views.frames import labelled_runs
 from aspect_control.views.style import style
 

@@ -203,8 +203,9 @@ def test_atlas_figure_shows_signatures_borders_paths_and_crossings(planar_atlas,
 
 
 def test_colours_of_antipodes_are_light_and_dark_of_one_hue(planar_atlas):
-    from aspect_control.views.figures.atlas import _signature_colours
     from matplotlib.colors import rgb_to_hsv
+
+    from aspect_control.views.figures.atlas import _signature_colours
 
     signs = planar_atlas.signatures[0]
     colours = {

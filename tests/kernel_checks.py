@@ -9,16 +9,16 @@ import sys
 from importlib import import_module
 
 import numpy as np
-from example_arms import example_arm
 
 import aspect_control.redundancy
 from aspect_control import Arm, Target, controllers
-from aspect_control.benchmark import literal
 from aspect_control.redundancy import compile_kernels, kernels_compiled, minors, pseudoinverse
 from aspect_control.redundancy.gradients import laplace_expansion
 from aspect_control.redundancy.kernels import Kernel
 from aspect_control.redundancy.pseudoinverse import least_norm_solution
 from aspect_control.resources import model_path
+from example_arms import example_arm
+from oracles import literal
 
 STATES = 10_000
 COMPARED = 60

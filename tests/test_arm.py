@@ -4,7 +4,6 @@ import re
 
 import mujoco
 import numpy as np
-import planar_reference as reference
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -13,6 +12,7 @@ from hypothesis.extra.numpy import arrays
 from aspect_control import Arm
 from aspect_control.exceptions import FrameNotFoundError, ModelError, NonFiniteError, ShapeError, TaskError
 from aspect_control.resources import model_path
+from oracles import planar_reference as reference
 
 PINNED = '<robot name="pinned"><link name="a"/><link name="b"/>{joint}</robot>'
 FIXED = '<joint name="weld" type="fixed"><parent link="a"/><child link="b"/></joint>'

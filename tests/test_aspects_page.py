@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from example_arms import example_arm
 
 from aspect_control import aspects
 from aspect_control.analysis.self_motion import self_motion_of_run
 from aspect_control.resources import scenario_paths
 from aspect_control.scenario import load_scenario
 from aspect_control.studies.paper import trajectory_a as paper
+from example_arms import example_arm
 
 PAGE = (Path(__file__).parents[1] / "docs" / "aspects.md").read_text(encoding="utf-8")
 WORDS = " ".join(PAGE.split())

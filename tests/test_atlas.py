@@ -6,9 +6,7 @@ import sys
 import warnings
 
 import numpy as np
-import planar_reference
 import pytest
-from example_arms import example_arm
 
 from aspect_control import aspects
 from aspect_control.analysis import minor_zero_crossings
@@ -18,6 +16,8 @@ from aspect_control.exceptions import JointNotFoundError, ParameterError
 from aspect_control.studies.paper import trajectory_a as paper
 from aspect_control.views import atlas_figure, stability_figure
 from aspect_control.views.screen import describe_time
+from example_arms import example_arm
+from oracles import planar_reference
 
 PANDA = np.array([0.3, -0.3, 0.2, -1.9, 0.3, 1.8, 0.5])
 

@@ -6,20 +6,23 @@ import os
 import subprocess
 import sys
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from aspect_control import controllers
-from aspect_control.benchmark import EveryTick, arms, literal, machine, verdicts
-from aspect_control.benchmark.closed_loop import closed_loop
-from aspect_control.benchmark.rivals import rivals
-from aspect_control.benchmark.ticks import every_tick_of_a_motion, ticks
-from aspect_control.benchmark.timing import COMPILED, NUMPY, Motion, Row, every_tick, in_turn
 from aspect_control.redundancy import kernels_compiled
-from aspect_control.views import benchmark_figure, benchmark_report
+from benchmark import EveryTick, arms, machine, verdicts
+from benchmark.closed_loop import closed_loop
+from benchmark.figure import benchmark_figure
+from benchmark.report import benchmark_report
+from benchmark.rivals import rivals
+from benchmark.ticks import every_tick_of_a_motion, ticks
+from benchmark.timing import COMPILED, NUMPY, Motion, Row, every_tick, in_turn
+from oracles import literal
 
-MAIN = ["-c", "import sys; from aspect_control.cli import main; main()", "bench"]
+PROGRAM = Path(__file__).parents[1] / "benchmarks" / "pseudoinverse_cost.py"
 
 
 class Clock:
@@ -27,7 +30,7 @@ class Clock:
 
     def __init__(self, monkeypatch):
         self.now, self.last, self.cold = 0.0, "", 0
-        monkeypatch.setattr("aspect_control.benchmark.timing.time.perf_counter", lambda: self.now)
+        monkeypatch.setattr("benchmark.timing.time.perf_counter", lambda: self.now)
 
     def call(self, name):
         self.cold = 2 if name != self.last else max(self.cold - 1, 0)
@@ -216,38 +219,39 @@ def test_versions_are_those_of_what_is_installed():
     assert {"aspect-control", "numpy", "pin"} <= set(versions)
 
 
-def test_bench_tells_at_once_that_a_python_has_no_placo(tmp_path):
+def test_the_program_tells_at_once_that_a_python_has_no_placo(tmp_path):
     for python in ("/nowhere/python", *([] if find_spec("placo") else [sys.executable])):
         arguments = ["--out", str(tmp_path), "--rounds", "3", "--placo-python", python]
-        result = subprocess.run([sys.executable, *MAIN, *arguments], capture_output=True, text=True)
+        result = subprocess.run([sys.executable, PROGRAM, *arguments], capture_output=True, text=True)
         assert result.returncode == 2
         assert "must be a Python that has PlaCo, got" in result.stderr
         assert "Traceback" not in result.stderr
 
 
 def test_this_process_is_not_compiled():
-    # What is timed above is plain NumPy; only the command compiles, in its own process.
+    # What is timed above is plain NumPy; only the program compiles, in its own process.
     assert not kernels_compiled()
 
 
 @pytest.mark.parametrize("has_numba", [False, True], ids=["without Numba", "with Numba"])
-def test_the_command_measures_what_is_installed(tmp_path, has_numba):
+def test_the_program_measures_what_is_installed(tmp_path, has_numba):
     if has_numba and find_spec("numba") is None:
         pytest.skip("needs Numba, the extra fast")
     hidden = "" if has_numba else "numba"
     # Few parts: the whole takes minutes.
     code = f"""
 import importlib.util, sys
-from aspect_control import benchmark
+sys.path.insert(0, {str(PROGRAM.parent)!r})
+import pseudoinverse_cost
+import benchmark
 find = importlib.util.find_spec
 benchmark.find_spec = lambda name: None if name == {hidden!r} else find(name)
 for name in ("programs", "pieces", "closed_loop", "many_minors", "startup"):
     setattr(benchmark, name, lambda *_, **__: [])
 benchmark.arms_timed = lambda: {{}}
 benchmark.TICKS_A_ROUND = 10
-from aspect_control.cli import main
-sys.argv = ["aspect-control", "bench", "--rounds", "3", "--out", {str(tmp_path)!r}]
-main()
+sys.argv = ["pseudoinverse_cost", "--rounds", "3", "--out", {str(tmp_path)!r}]
+pseudoinverse_cost.main()
 """
     wide = {**os.environ, "COLUMNS": "250"}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=wide)

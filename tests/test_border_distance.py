@@ -5,7 +5,6 @@ import warnings
 
 import numpy as np
 import pytest
-from example_arms import example_arm, random_motions, slopes
 
 import aspect_control as ac
 from aspect_control import controllers
@@ -14,6 +13,7 @@ from aspect_control.exceptions import AspectBorderWarning
 from aspect_control.redundancy import border_distance, minor_rates, minors, time_to_border
 from aspect_control.scenario import load_scenario
 from aspect_control.studies.paper import trajectory_a as paper
+from example_arms import example_arm, random_motions, slopes
 
 READY = [0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4]
 

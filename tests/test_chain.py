@@ -9,8 +9,6 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from conftest import seven_joint_urdf
-from example_arms import FRAMES, example_arm, random_motions, random_postures, serial_chain, slopes, whole_model
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -20,6 +18,8 @@ from aspect_control.arm.chain import position_limits
 from aspect_control.arm.sources.examples import find_example
 from aspect_control.arm.sources.urdf import mimic_joints, read_urdf
 from aspect_control.exceptions import AspectControlError, JointNotFoundError, ModelError, ParameterError, ShapeError
+from conftest import seven_joint_urdf
+from example_arms import FRAMES, example_arm, random_motions, random_postures, serial_chain, slopes, whole_model
 
 WORLD_ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 READY = [0.0, -np.pi / 4, 0.0, -3.0 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4]

@@ -6,13 +6,13 @@ import warnings
 
 import numpy as np
 import pytest
-from example_arms import example_arm
-from planar_reference import minor_measure as planar_minor_measure
-from planar_reference import position, postures
 
 import aspect_control as ac
 from aspect_control.cli import main
 from aspect_control.exceptions import AspectControlError, ParameterError, UnknownNameError, UnreachableError
+from example_arms import example_arm
+from oracles.planar_reference import minor_measure as planar_minor_measure
+from oracles.planar_reference import position, postures
 
 READY = np.array([0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4])
 PAPER = np.deg2rad([-50.0, 140.0, -140.0])

@@ -4,7 +4,6 @@ import contextlib
 import itertools
 
 import numpy as np
-import planar_reference as reference
 import pytest
 
 from aspect_control import Arm, Target, controllers
@@ -18,6 +17,7 @@ from aspect_control.exceptions import (
     ShapeError,
     UnknownNameError,
 )
+from oracles import planar_reference as reference
 
 LAWS = {
     "jmdc": controllers.JMinorDynamicControl,

@@ -13,7 +13,6 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
-from example_arms import example_arm, random_postures, serial_chain, slopes
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
@@ -31,6 +30,7 @@ from aspect_control.exceptions import (
 )
 from aspect_control.redundancy import border_distance, box_distance, minors, repulsive_potential, sphere_distance
 from aspect_control.scenario import load_scenario
+from example_arms import example_arm, random_postures, serial_chain, slopes
 
 COMMAND = str(Path(sys.executable).with_name("aspect-control"))
 OBSTACLES = {

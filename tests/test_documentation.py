@@ -8,11 +8,11 @@ from PIL import Image
 
 from aspect_control import controllers
 from aspect_control.analysis import summarize
-from aspect_control.benchmark import literal
 from aspect_control.resources import scenario_paths
 from aspect_control.scenario import load_scenario
 from aspect_control.studies.comparison import SCENARIOS, VARIANTS
 from aspect_control.studies.paper import trajectory_a as paper
+from oracles import literal
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()

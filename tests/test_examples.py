@@ -5,8 +5,6 @@ import re
 import numpy as np
 import pinocchio as pin
 import pytest
-from conftest import seven_joint_urdf
-from example_arms import FRAMES, example_arm, whole_model
 
 from aspect_control import Arm
 from aspect_control.arm.sources.examples import (
@@ -18,6 +16,8 @@ from aspect_control.arm.sources.examples import (
 )
 from aspect_control.exceptions import ModelError, UnknownNameError
 from aspect_control.resources import model_path
+from conftest import seven_joint_urdf
+from example_arms import FRAMES, example_arm, whole_model
 
 every_example = pytest.mark.parametrize("name", example_names())
 

@@ -94,12 +94,8 @@ def test_the_simulation_imports_neither_views_nor_analysis():
     assert not [name for name in reached if in_any(name, "analysis", "views", "cli")]
 
 
-# A program of its own, which answers on standard output.
-PROGRAMS = ("benchmark.placo_worker",)
-
-
 @pytest.mark.parametrize(
-    "file", [file for file in FILES if not in_any(dotted_name(file), "cli", "views", *PROGRAMS)], ids=dotted_name
+    "file", [file for file in FILES if not in_any(dotted_name(file), "cli", "views")], ids=dotted_name
 )
 def test_only_the_command_line_and_the_views_print(file):
     nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))

@@ -6,14 +6,14 @@ import re
 import numpy as np
 import pinocchio as pin
 import pytest
-from conftest import seven_joint_urdf
-from example_arms import serial_chain
 from hypothesis import given
 from hypothesis import strategies as st
 
 from aspect_control import Arm
 from aspect_control.arm.inertia import require_possible
 from aspect_control.exceptions import ModelError
+from conftest import seven_joint_urdf
+from example_arms import serial_chain
 
 URDF = seven_joint_urdf()
 BOX = 'ixx="0.02" ixy="0.001" ixz="-0.002" iyy="0.05" iyz="0.003" izz="0.06"'

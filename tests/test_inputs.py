@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from garbage import BEYOND_FLOATS, Unprintable, anything, assert_works_or_is_refused, nested
 from hypothesis import given
 
 from aspect_control import Arm, Circle, Hold, Run, StraightLine, Waypoints, controllers, criteria, simulate
@@ -32,6 +31,7 @@ from aspect_control.resources import model_path
 from aspect_control.scenario import load_scenario
 from aspect_control.simulation import Diverged, Singular, TorqueLimit, TrackingLost
 from aspect_control.views import animate, replay, run_figure, save_figure
+from garbage import BEYOND_FLOATS, Unprintable, anything, assert_works_or_is_refused, nested
 
 PATH = model_path("planar3r.urdf")
 START = (0.1, 0.5, 0.7)

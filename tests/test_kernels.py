@@ -5,15 +5,15 @@ import subprocess
 import sys
 from importlib.util import find_spec
 
-import kernel_checks
 import numpy as np
 import pytest
-from kernel_checks import CLOSED_FORMS, COMPARED, SMALLEST, VARIANTS, nearly_singular, relative
 
+import kernel_checks
 from aspect_control import controllers
-from aspect_control.benchmark import literal
 from aspect_control.redundancy import kernels_compiled, minor_measure_gradient
 from aspect_control.redundancy.gradients import laplace_expansion
+from kernel_checks import CLOSED_FORMS, COMPARED, SMALLEST, VARIANTS, nearly_singular, relative
+from oracles import literal
 
 needs_numba = pytest.mark.skipif(find_spec("numba") is None, reason="needs Numba, the extra fast")
 both_modes = pytest.mark.parametrize("mode", ["NumPy", pytest.param("compiled", marks=needs_numba)])

@@ -9,11 +9,11 @@ import warnings
 
 import numpy as np
 import pytest
-from example_arms import example_arm
 
 from aspect_control import Arm, Target, controllers, criteria
 from aspect_control.controllers import TaskSpaceController
 from aspect_control.exceptions import AspectControlError, NonFiniteError, ParameterError, ShapeError
+from example_arms import example_arm
 
 LAWS = controllers.available()
 DT = 1e-3

@@ -5,7 +5,6 @@ import warnings
 
 import numpy as np
 import pytest
-from example_arms import FRAMES, example_arm, random_motions, random_postures, serial_chain, slopes
 
 from aspect_control import Arm, Target, controllers
 from aspect_control.exceptions import AspectBorderWarning, TooManyMinorsError
@@ -19,6 +18,7 @@ from aspect_control.redundancy import (
     minors,
     structural_minor_columns,
 )
+from example_arms import FRAMES, example_arm, random_motions, random_postures, serial_chain, slopes
 
 READY = np.array([0.0, -np.pi / 4, 0.0, -3.0 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4])
 REGULAR = np.array([0.1, -0.7, 0.2, -2.3, 0.3, 1.5, 0.7])

@@ -5,7 +5,6 @@ import json
 import numpy as np
 import pinocchio as pin
 import pytest
-from example_arms import example_arm, random_postures, slopes
 
 from aspect_control import Hold, StraightLine, Target, controllers, criteria, simulate
 from aspect_control.analysis import aspect_preserved, peak_torque, total_variation
@@ -20,6 +19,7 @@ from aspect_control.exceptions import (
 from aspect_control.redundancy import manipulability, manipulability_gradient
 from aspect_control.scenario import load_scenario
 from aspect_control.studies.paper import trajectory_a as paper
+from example_arms import example_arm, random_postures, slopes
 
 LAWS = {
     "damped-null-space": controllers.DampedNullSpace,

@@ -14,7 +14,6 @@ import numpy as np
 import osqp
 import pytest
 import qpsolvers
-from example_arms import example_arm, random_motions
 from scipy.optimize import linprog
 
 from aspect_control import Arm, StraightLine, Target, controllers, simulate
@@ -30,6 +29,7 @@ from aspect_control.exceptions import (
 )
 from aspect_control.scenario import load_scenario
 from aspect_control.studies.paper.trajectory_a import Q0, TRAJECTORY
+from example_arms import example_arm, random_motions
 
 DT = 1e-3
 ARMS = ("planar", "panda", "xarm7")

@@ -4,7 +4,6 @@ from itertools import combinations
 from math import comb
 
 import numpy as np
-import planar_reference as reference
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -26,6 +25,7 @@ from aspect_control.redundancy import (
     pseudoinverse_torque,
     task_acceleration,
 )
+from oracles import planar_reference as reference
 
 EPS = np.finfo(np.float64).eps
 

@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import umsgpack
-from example_arms import example_arm
 from tornado.websocket import websocket_connect
 
 import aspect_control as ac
@@ -31,6 +30,7 @@ from aspect_control.exceptions import (
 from aspect_control.trajectories import Hold, StraightLine
 from aspect_control.views.replays.scene.recorder import CommandRecorder
 from aspect_control.views.replays.scene.robot import Robot, joint_poses
+from example_arms import example_arm
 
 COMMAND = str(Path(sys.executable).with_name("aspect-control"))
 START = np.deg2rad([-50.0, 140.0, -140.0])

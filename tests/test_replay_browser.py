@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import changed, open_browser, require_browser
 
 import aspect_control as ac
 from aspect_control import views
 from aspect_control.scenario import load_scenario
 from aspect_control.trajectories import StraightLine
+from browser import changed, open_browser, require_browser
 
 START = np.deg2rad([-50.0, 140.0, -140.0])
 LISTENING = "0A"

@@ -3,15 +3,15 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from example_arms import example_arm, random_posture
 from hypothesis import given
 from hypothesis import strategies as st
-from planar_reference import minors as planar_minors
-from planar_reference import position, postures
 
 from aspect_control import Arm, aspects
 from aspect_control.exceptions import ParameterError, RankLossError, ShapeError, UnreachableError
 from aspect_control.redundancy import null_vector
+from example_arms import example_arm, random_posture
+from oracles.planar_reference import minors as planar_minors
+from oracles.planar_reference import position, postures
 
 READY = np.array([0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4])
 PAPER = np.deg2rad([-50.0, 140.0, -140.0])

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from example_arms import example_arm, random_posture
-from planar_reference import inertia, jacobian, nonlinear_effects
 from scipy.integrate import quad, solve_ivp
 from scipy.interpolate import CubicSpline
 
@@ -21,6 +19,8 @@ from aspect_control.redundancy import (
     pseudoinverse_torque,
 )
 from aspect_control.studies.paper import trajectory_a as paper
+from example_arms import example_arm, random_posture
+from oracles.planar_reference import inertia, jacobian, nonlinear_effects
 
 POSTURES = {
     "planar3r": np.deg2rad([-50.0, 140.0, -140.0]),

@@ -3,7 +3,6 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from example_arms import example_arm, random_motions, random_postures, slopes
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -12,6 +11,7 @@ from aspect_control import Arm, Target, controllers
 from aspect_control.arm.tasks import AXES, NAMED_TASKS, Task, task_of_value
 from aspect_control.exceptions import NonFiniteError, ShapeError, TaskError
 from aspect_control.redundancy import task_acceleration
+from example_arms import example_arm, random_motions, random_postures, slopes
 
 TASKS = {
     "xy": ("x", "y"),

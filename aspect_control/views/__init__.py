@@ -8,7 +8,6 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .benchmark import benchmark_figure, benchmark_report
 from .figures.animation import animate
 from .figures.atlas import atlas_figure, stability_figure
 from .figures.comparison import torque_figure
@@ -40,8 +39,6 @@ __all__ = [
     "Replay",
     "animate",
     "atlas_figure",
-    "benchmark_figure",
-    "benchmark_report",
     "comparison_figure",
     "comparison_report",
     "hypothesis_figure",

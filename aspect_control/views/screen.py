@@ -15,10 +15,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ..aspects import SelfMotion, Start, growth
-from ..benchmark import EveryTick, Row, Verdict
 from ..exceptions import ParameterError
 from ..studies.paper import AGREES, Claim
-from .benchmark import EVERY_TICK_HEADER, every_tick_table
 
 LONG = 1800.0
 """From how long on work is begun only with `--yes`, s."""
@@ -103,35 +101,6 @@ def show_claims(claims: Sequence[Claim]) -> None:
         colour = "green" if claim.verdict == AGREES else "yellow"
         table.add_row(f"[{colour}]{claim.verdict}[/]", f"{claim.subject}: {claim.says}", escape(claim.measured))
     Console().print(table)
-
-
-def show_benchmark(rows: Sequence[Row], judged: Sequence[Verdict], missing: Sequence[str]) -> None:
-    """Print the rows of the benchmark, ratios first, then every tick of motions, and then which targets are met."""
-    others = [row for row in rows if not isinstance(row, EveryTick)]
-    show_table(
-        ("what", "", "ratio", "quartiles", "of", "µs", ""),
-        [
-            (
-                "" if i > 0 and others[i - 1].group == row.group else row.group,
-                row.name,
-                f"{values['ratio']:.2f}",
-                "{:.2f}–{:.2f}".format(*values["ratio_quartiles"]),
-                row.of,
-                f"{values['microseconds']:,.1f}",
-                row.note,
-            )
-            for i, row in enumerate(others)
-            for values in [row.to_dict()]
-        ],
-    )
-    show_table(EVERY_TICK_HEADER, every_tick_table(rows))
-    words = {True: "met", False: "missed", None: "not measured"}
-    show_table(
-        ("target", "measured", ""),
-        [(each.target, "" if each.measured is None else f"{each.measured:.2f}", words[each.met]) for each in judged],
-    )
-    for name in missing:
-        Console().print(f"not installed: {name}")
 
 
 def show_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:

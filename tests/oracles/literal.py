@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arm import Arm, ArmState
-from ..redundancy import Array
-from ..trajectories import Target
+from aspect_control import Arm, ArmState, Target
+from aspect_control.redundancy import Array
 
 KP, KV, KAPPA, DT, DAMPING = 100.0, 20.0, 0.001, 1e-3, 10.0
 """The defaults of the laws, and a sampling time."""

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..arm import Arm
+from aspect_control.arm import Arm
+
 from .arms import Sample
 
 

@@ -5,11 +5,13 @@ What is timed is what runs at the time of the call: plain NumPy or, after `compi
 
 from __future__ import annotations
 
-from .. import controllers
-from ..arm import Arm
-from ..controllers import Controller
-from ..redundancy.gradients import expanded_gradient, laplace_expansion
-from . import arms, literal
+from aspect_control import controllers
+from aspect_control.arm import Arm
+from aspect_control.controllers import Controller
+from aspect_control.redundancy.gradients import expanded_gradient, laplace_expansion
+from oracles import literal
+
+from . import arms
 from .arms import Sample
 from .floor import floor
 from .timing import Call, EveryTick, Motion, Row, around, every_tick, in_turn

@@ -11,10 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from .. import controllers
-from ..arm import Arm
-from ..redundancy import Array
-from . import literal
+from aspect_control import controllers
+from aspect_control.arm import Arm
+from aspect_control.redundancy import Array
+from oracles import literal
+
 from .arms import Sample
 from .floor import floor
 from .timing import Motion, Row, every_tick
@@ -88,8 +89,8 @@ def _outcomes(arm: Arm, limit: Array, samples: list[Sample]) -> str:
 
 
 def _along_a_motion(arm: Arm) -> list[Sample]:
-    from ..simulation import simulate
-    from ..trajectories import StraightLine, Target
+    from aspect_control.simulation import simulate
+    from aspect_control.trajectories import StraightLine, Target
 
     q0 = arm.configuration([0.3, 0.4, 0.2, -1.8, 0.1, 1.9, 0.5])
     line = StraightLine([0.1, 0.1, 0.1], 0.25)

@@ -10,8 +10,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from ..arm import Arm
-from ..redundancy import compile_kernels
+from aspect_control.arm import Arm
+from aspect_control.redundancy import compile_kernels
+
 from . import arms
 from .closed_loop import closed_loop
 from .pieces import arms_timed, pieces

@@ -7,12 +7,13 @@ import time
 import numpy as np
 import pinocchio as pin
 
-from .. import controllers
-from ..arm import Arm
-from ..plants import RigidBodyPlant
-from ..simulation import RungeKutta4, simulate
-from ..trajectories import StraightLine
-from . import literal
+from aspect_control import controllers
+from aspect_control.arm import Arm
+from aspect_control.plants import RigidBodyPlant
+from aspect_control.simulation import RungeKutta4, simulate
+from aspect_control.trajectories import StraightLine
+from oracles import literal
+
 from .arms import Sample
 from .floor import floor
 from .timing import Call, Row, in_turn

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ..redundancy import Array
+from aspect_control.redundancy import Array
 
 BATCH = 1e-3
 """How long a call is repeated in one round, s."""

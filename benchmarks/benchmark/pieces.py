@@ -5,10 +5,12 @@ from __future__ import annotations
 import eigenpy
 import numpy as np
 
-from ..arm import Arm
-from ..redundancy import Array, minimum_torque, minors, null_space_projector, pseudoinverse
-from ..redundancy.gradients import expanded_gradient, laplace_expansion
-from . import arms, literal
+from aspect_control.arm import Arm
+from aspect_control.redundancy import Array, minimum_torque, minors, null_space_projector, pseudoinverse
+from aspect_control.redundancy.gradients import expanded_gradient, laplace_expansion
+from oracles import literal
+
+from . import arms
 from .timing import Call, Row, around, in_turn
 
 

@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from .. import controllers
-from ..arm import Arm, ArmState
-from ..redundancy import Array
-from ..resources import model_path
-from ..simulation import simulate
-from ..trajectories import StraightLine, Target
+from aspect_control import controllers
+from aspect_control.arm import Arm, ArmState
+from aspect_control.redundancy import Array
+from aspect_control.resources import model_path
+from aspect_control.simulation import simulate
+from aspect_control.trajectories import StraightLine, Target
 
 STATES = 16
 """Random states that a call goes round."""

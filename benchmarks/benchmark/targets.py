@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from .literal import LAWS
+from oracles.literal import LAWS
+
 from .timing import COMPILED, NUMPY, EveryTick, Row
 
 TICKS = {NUMPY: (9.0, 20.0), COMPILED: (2.5, 3.5)}

@@ -15,8 +15,9 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from ..arm import Arm
-from ..exceptions import ParameterError
+from aspect_control.arm import Arm
+from aspect_control.exceptions import ParameterError
+
 from . import arms
 from .floor import floor
 from .ticks import tick

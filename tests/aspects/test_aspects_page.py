@@ -13,7 +13,7 @@ from aspect_control.scenario import load_scenario
 from aspect_control.studies.paper import trajectory_a as paper
 from example_arms import example_arm
 
-PAGE = (Path(__file__).parents[1] / "docs" / "aspects.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "aspects.md").read_text(encoding="utf-8")
 WORDS = " ".join(PAGE.split())
 READY = np.array([0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4])
 

@@ -19,7 +19,7 @@ from aspect_control.scenario import load_scenario
 from aspect_control.studies.hypothesis import ABLATION, THRESHOLDS, Experiment
 
 COMMAND = str(Path(sys.executable).with_name("aspect-control"))
-DOCS = Path(__file__).parents[1] / "docs"
+DOCS = Path(__file__).parents[2] / "docs"
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +117,7 @@ def test_ctrl_c_ends_with_status_130_and_what_was_computed_is_written(tmp_path):
 )
 def test_bad_input_is_refused_before_anything_is_computed(tmp_path, monkeypatch, arguments, error, words):
     monkeypatch.chdir(tmp_path)
-    text = (Path(__file__).parents[1] / "scenarios" / "planar3r.toml").read_text()
+    text = (Path(__file__).parents[2] / "scenarios" / "planar3r.toml").read_text()
     Path("file").write_text("in the way")
     Path("far.toml").write_text(text.replace("[1.5, 1.0]", "[100.0, 0.0]"))
     Path("flat.toml").write_text(text.replace("[1.5, 1.0]", "[1.5, 1.0, 0.0]"))

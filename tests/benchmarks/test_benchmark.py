@@ -22,7 +22,7 @@ from benchmark.ticks import every_tick_of_a_motion, ticks
 from benchmark.timing import COMPILED, NUMPY, Motion, Row, every_tick, in_turn
 from oracles import literal
 
-PROGRAM = Path(__file__).parents[1] / "benchmarks" / "pseudoinverse_cost.py"
+PROGRAM = Path(__file__).parents[2] / "benchmarks" / "pseudoinverse_cost.py"
 
 
 class Clock:

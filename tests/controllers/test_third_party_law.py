@@ -15,8 +15,8 @@ import aspect_control as ac
 from aspect_control.analysis import summarize
 
 COMMAND = str(Path(sys.executable).with_name("aspect-control"))
-README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
-CRITERIA = (Path(__file__).parents[1] / "docs" / "criteria.md").read_text(encoding="utf-8")
+README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+CRITERIA = (Path(__file__).parents[2] / "docs" / "criteria.md").read_text(encoding="utf-8")
 LAW = "damped-self-motion"
 
 PYPROJECT = """

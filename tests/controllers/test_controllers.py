@@ -18,6 +18,7 @@ from aspect_control.exceptions import (
     UnknownNameError,
 )
 from oracles import planar_reference as reference
+from oracles.literal import Printed
 
 LAWS = {
     "jmdc": controllers.JMinorDynamicControl,
@@ -55,21 +56,9 @@ def gain_dim(arm, law):
     return arm.nv if law == "jmdc" else arm.task_dim
 
 
-class Printed:
-    """Equations (7), (11), (15) and (16) as they stand in the paper."""
-
-    def __init__(self, arm, q, v, target, Kp, Kv):
-        s = arm.state(q, v)
-        J_pinv = np.linalg.pinv(s.J)
-        P = np.eye(arm.nv) - J_pinv @ s.J
-        e, de = target.x - s.x, target.dx - s.dx
-        self.tau_tilde = s.M @ J_pinv @ (target.ddx + Kv @ de + Kp @ e - s.drift) + s.nle
-        # M(I − J⁺J) has rank n − m. What counts is above 1e-3 of the largest singular value, the rest is rounding.
-        MP_pinv = np.linalg.pinv(s.M @ P, rcond=1e-9)
-        self.tau = self.tau_tilde - s.M @ MP_pinv @ self.tau_tilde
-        self.product = (P @ v) @ (-MP_pinv @ self.tau_tilde)
-        # Every law subtracts or adds torques of this size, and rounds accordingly.
-        self.rounding = 1e-10 * np.linalg.norm(self.tau_tilde)
+def rounding(printed):
+    """Every law subtracts or adds torques of this size, and rounds accordingly."""
+    return 1e-10 * np.linalg.norm(printed.tau_tilde)
 
 
 def gains(size):
@@ -87,7 +76,7 @@ def test_pseudoinverse_law_is_equation_7(arm):
     controller = controllers.Pseudoinverse(arm, kp=Kp, kv=Kv)
     for q, v, target in random_samples(arm, 200, seed=1):
         printed = Printed(arm, q, v, target, Kp, Kv)
-        np.testing.assert_allclose(controller.torque(q, v, target), printed.tau_tilde, rtol=0, atol=printed.rounding)
+        np.testing.assert_allclose(controller.torque(q, v, target), printed.tau_tilde, rtol=0, atol=rounding(printed))
 
 
 def test_null_space_vector_law_is_equation_11(arm):
@@ -95,7 +84,7 @@ def test_null_space_vector_law_is_equation_11(arm):
     controller = controllers.NullSpaceVector(arm, kp=Kp, kv=Kv)
     for q, v, target in random_samples(arm, 200, seed=2):
         printed = Printed(arm, q, v, target, Kp, Kv)
-        np.testing.assert_allclose(controller.torque(q, v, target), printed.tau, rtol=0, atol=printed.rounding)
+        np.testing.assert_allclose(controller.torque(q, v, target), printed.tau_minimum, rtol=0, atol=rounding(printed))
 
 
 def test_modified_law_takes_equation_13_or_14_by_the_sign_of_equation_12(arm):
@@ -104,8 +93,8 @@ def test_modified_law_takes_equation_13_or_14_by_the_sign_of_equation_12(arm):
     taken = {13: 0, 14: 0}
     for q, v, target in random_samples(arm, 400, seed=3):
         printed = Printed(arm, q, v, target, Kp, Kv)
-        equation, expected = (13, printed.tau_tilde) if printed.product >= 0.0 else (14, printed.tau)
-        np.testing.assert_allclose(controller.torque(q, v, target), expected, rtol=0, atol=printed.rounding)
+        equation, expected = (13, printed.tau_tilde) if printed.product >= 0.0 else (14, printed.tau_minimum)
+        np.testing.assert_allclose(controller.torque(q, v, target), expected, rtol=0, atol=rounding(printed))
         taken[equation] += 1
     assert min(taken.values()) > 50
 

@@ -3,7 +3,6 @@
 import json
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from aspect_control import Hold, StraightLine, Target, controllers, criteria, simulate
@@ -20,6 +19,7 @@ from aspect_control.redundancy import manipulability, manipulability_gradient
 from aspect_control.scenario import load_scenario
 from aspect_control.studies.paper import trajectory_a as paper
 from example_arms import example_arm, random_postures, slopes
+from oracles.literal import Printed
 
 LAWS = {
     "damped-null-space": controllers.DampedNullSpace,
@@ -93,38 +93,13 @@ def gains(size):
     return np.diag(rng.uniform(50.0, 150.0, size)) + p - p.T, np.diag(rng.uniform(10.0, 30.0, size)) + v - v.T
 
 
-class Printed:
-    """The textbook's matrices by `numpy.linalg`, without a thought for speed."""
+def rounding(printed):
+    """Every law adds and subtracts torques of this size, and rounds accordingly."""
+    return 1e-9 * (1.0 + np.linalg.norm(printed.tau_tilde))
 
-    def __init__(self, arm, q, v, target, Kp=None, Kv=None):
-        Kp = 100.0 * np.eye(arm.task_dim) if Kp is None else Kp
-        Kv = 20.0 * np.eye(arm.task_dim) if Kv is None else Kv
-        s = arm.state(q, v)
-        self.M, self.N, self.J, self.v = s.M, s.nle, s.J, v
-        if arm.coordinates.has_rotation:
-            e = np.concatenate([target.x.translation - s.x.translation, pin.log3(target.x.rotation @ s.x.rotation.T)])
-        else:
-            e = target.x - s.x
-        self.b = target.ddx + Kv @ (target.dx - s.J @ v) + Kp @ e - s.drift
-        self.J_pinv = np.linalg.pinv(s.J)
-        self.P = np.eye(arm.nv) - self.J_pinv @ s.J
-        self.tau_tilde = s.M @ self.J_pinv @ self.b + s.nle
-        self.M_inv = np.linalg.inv(s.M)
-        self.Lambda = np.linalg.inv(s.J @ self.M_inv @ s.J.T)
-        self.J_bar = self.M_inv @ s.J.T @ self.Lambda
-        # M(I − J⁺J) has rank n − m; what is below 1e-9 of the largest singular value is rounding.
-        MP_pinv = np.linalg.pinv(s.M @ self.P, rcond=1e-9)
-        self.tau_minimum = self.tau_tilde - s.M @ MP_pinv @ self.tau_tilde
-        self.theta_dot_H, self.theta_ddot_H = self.P @ v, -MP_pinv @ self.tau_tilde
-        self.product = self.theta_dot_H @ self.theta_ddot_H
-        # Every law adds and subtracts torques of this size, and rounds accordingly.
-        self.rounding = 1e-9 * (1.0 + np.linalg.norm(self.tau_tilde))
 
-    def agrees(self, tau, expected):
-        np.testing.assert_allclose(tau, expected, rtol=0, atol=self.rounding)
-
-    def task_acceleration(self, tau):
-        return self.J @ self.M_inv @ (tau - self.N)
+def agree(printed, tau, expected):
+    np.testing.assert_allclose(tau, expected, rtol=0, atol=rounding(printed))
 
 
 def self_motion_energy(run):
@@ -157,7 +132,7 @@ def test_damped_null_space_is_the_pseudoinverse_law_less_the_damped_self_motion(
     controller = controllers.DampedNullSpace(arm, kp=Kp, kv=Kv, damping=damping)
     for q, v, target in random_samples(arm, 60, seed=2):
         p = Printed(arm, q, v, target, Kp, Kv)
-        p.agrees(controller.torque(q, v, target), p.tau_tilde - damping * p.M @ p.P @ v)
+        agree(p, controller.torque(q, v, target), p.tau_tilde - damping * p.M @ p.P @ v)
 
 
 def test_damped_null_space_without_damping_is_the_pseudoinverse_law(arm):
@@ -174,7 +149,7 @@ def test_inertia_weighted_law_is_the_task_force_through_the_transposed_jacobian(
     controller = controllers.InertiaWeighted(arm, kp=Kp, kv=Kv)
     for q, v, target in random_samples(arm, 60, seed=4):
         p = Printed(arm, q, v, target, Kp, Kv)
-        p.agrees(controller.torque(q, v, target), p.J.T @ p.Lambda @ p.b + p.N)
+        agree(p, controller.torque(q, v, target), p.J.T @ p.Lambda @ p.b + p.N)
 
 
 def test_inertia_weighted_law_has_the_least_acceleration_in_the_norm_of_the_inertia(arm):
@@ -212,7 +187,7 @@ def test_operational_space_law_is_khatibs(arm, damping):
         p = Printed(arm, q, v, target, Kp, Kv)
         tau_0 = -damping * p.M @ v
         null_torque = (np.eye(arm.nv) - p.J.T @ p.J_bar.T) @ tau_0
-        p.agrees(controller.torque(q, v, target), p.J.T @ p.Lambda @ p.b + p.N + null_torque)
+        agree(p, controller.torque(q, v, target), p.J.T @ p.Lambda @ p.b + p.N + null_torque)
 
 
 def test_operational_space_damping_brings_about_no_task_acceleration_but_brakes(arm):
@@ -418,7 +393,7 @@ def test_dead_beat_scales_the_null_space_term_as_it_says(arm):
             continue
         scale = p.theta_dot_H @ p.theta_dot_H / (-p.product * DT)
         met["full" if scale >= 1.0 else "scaled"] += 1
-        p.agrees(tau, p.tau_tilde + min(1.0, scale) * (p.tau_minimum - p.tau_tilde))
+        agree(p, tau, p.tau_tilde + min(1.0, scale) * (p.tau_minimum - p.tau_tilde))
         if scale >= 1.0 + 1e-6:
             atol = 1e-13 * (1.0 + np.linalg.norm(p.tau_tilde))
             np.testing.assert_allclose(tau, hard.torque(q, v, target), rtol=0, atol=atol)
@@ -442,7 +417,7 @@ def test_brake_applies_the_part_of_the_null_space_term_along_the_self_motion(arm
         to_rest = -p.theta_dot_H / DT
         stops = np.linalg.norm(to_rest) < np.linalg.norm(along)
         met["to rest" if stops else "braked"] += 1
-        p.agrees(tau, p.tau_tilde + p.M @ (to_rest if stops else along))
+        agree(p, tau, p.tau_tilde + p.M @ (to_rest if stops else along))
     assert min(met.values()) > 20
 
 
@@ -454,12 +429,12 @@ def test_brake_and_dead_beat_are_one_for_one_joint_to_spare(arm_with_one_joint_t
         for law in laws:
             law.reset(q, v, dt)
         one, other = (law.torque(q, v, target) for law in laws)
-        Printed(arm, q, v, target).agrees(one, other)
+        agree(Printed(arm, q, v, target), one, other)
 
 
 def after_a_sample(p, tau, dt):
     """θ̇_H after one sample of exact integration in the null space, and what rounding may add to it."""
-    return p.theta_dot_H + dt * p.M_inv @ (tau - p.tau_tilde), dt * np.linalg.norm(p.M_inv, 2) * p.rounding
+    return p.theta_dot_H + dt * p.M_inv @ (tau - p.tau_tilde), dt * np.linalg.norm(p.M_inv, 2) * rounding(p)
 
 
 @soft_switching

@@ -1,4 +1,7 @@
-"""The laws as the paper prints them, with `numpy.linalg.pinv` for every pseudoinverse: what speed is compared with."""
+"""The laws as the paper prints them, with `numpy.linalg.pinv` for every pseudoinverse.
+
+The tests hold the results against them, and the benchmark the speed.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +10,11 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import NDArray
 
 from aspect_control import Arm, ArmState, Target
+from aspect_control.arm.tasks import AXES
 from aspect_control.redundancy import Array
 
 KP, KV, KAPPA, DT, DAMPING = 100.0, 20.0, 0.001, 1e-3, 10.0
@@ -18,29 +23,48 @@ KP, KV, KAPPA, DT, DAMPING = 100.0, 20.0, 0.001, 1e-3, 10.0
 pinv = np.linalg.pinv
 
 
-def _b(arm: Arm, s: ArmState, target: Target) -> Array:
-    error = arm.coordinates.error(target.x, s.x)
-    return target.ddx + KV * (target.dx - s.J @ s.v) + KP * error - s.drift
+def commanded(arm: Arm, s: ArmState, target: Target, kp: Any = KP, kv: Any = KV) -> Array:
+    """ẍ_d + K_v ė + K_p e − J̇θ̇, for gains that are numbers or matrices."""
+    if isinstance(s.x, pin.SE3):
+        rotation = pin.log3(target.x.rotation @ s.x.rotation.T)
+        error = np.concatenate([target.x.translation - s.x.translation, rotation])[[AXES.index(a) for a in arm.task]]
+    else:
+        error = target.x - s.x
+    b: Array = target.ddx + np.dot(kv, target.dx - s.J @ s.v) + np.dot(kp, error) - s.drift
+    return b
+
+
+def least_acceleration_torque(s: ArmState, b: Array) -> Array:
+    """τ̃ of Eq. (7) for the task acceleration b, less J̇θ̇."""
+    return s.M @ pinv(s.J) @ b + s.nle
+
+
+def null_space_terms(s: ArmState, b: Array) -> tuple[Array, Array, Array]:
+    """τ̃ of Eq. (7), θ̇_H of Eq. (15) and θ̈_H of Eq. (16).
+
+    M(I − J⁺J) has rank n − m: its other singular values are rounding, above `pinv`'s own threshold; those that count
+    are at least 1/cond M > 1e-3 of the largest.
+    """
+    J_pinv = pinv(s.J)
+    P = np.eye(len(s.v)) - J_pinv @ s.J
+    tau_tilde = s.M @ J_pinv @ b + s.nle
+    return tau_tilde, P @ s.v, -pinv(s.M @ P, rcond=1e-9) @ tau_tilde
 
 
 def pseudoinverse(arm: Arm, s: ArmState, target: Target) -> Array:
     """Eq. (7)."""
-    return s.M @ pinv(s.J) @ _b(arm, s, target) + s.nle
+    return least_acceleration_torque(s, commanded(arm, s, target))
 
 
 def null_space_vector(arm: Arm, s: ArmState, target: Target) -> Array:
     """Eq. (11)."""
-    J_pinv = pinv(s.J)
-    tau_tilde = s.M @ J_pinv @ _b(arm, s, target) + s.nle
-    return tau_tilde - s.M @ pinv(s.M @ (np.eye(arm.nv) - J_pinv @ s.J), rcond=1e-9) @ tau_tilde
+    tau_tilde, _, theta_ddot_H = null_space_terms(s, commanded(arm, s, target))
+    return tau_tilde + s.M @ theta_ddot_H
 
 
 def modified_null_space_vector(arm: Arm, s: ArmState, target: Target) -> Array:
     """Eqs. (12) to (16)."""
-    J_pinv, identity = pinv(s.J), np.eye(arm.nv)
-    tau_tilde = s.M @ J_pinv @ _b(arm, s, target) + s.nle
-    theta_dot_H = (identity - J_pinv @ s.J) @ s.v
-    theta_ddot_H = -pinv(s.M @ (identity - J_pinv @ s.J), rcond=1e-9) @ tau_tilde
+    tau_tilde, theta_dot_H, theta_ddot_H = null_space_terms(s, commanded(arm, s, target))
     return tau_tilde + s.M @ theta_ddot_H if theta_dot_H @ theta_ddot_H < 0.0 else tau_tilde
 
 
@@ -57,13 +81,13 @@ def damped_null_space(arm: Arm, s: ArmState, target: Target) -> Array:
     """Eq. (7) with the self-motion of Eq. (15) damped."""
     J_pinv = pinv(s.J)
     theta_dot_H = (np.eye(arm.nv) - J_pinv @ s.J) @ s.v
-    tau: Array = s.M @ J_pinv @ _b(arm, s, target) + s.nle - DAMPING * s.M @ theta_dot_H
+    tau: Array = s.M @ J_pinv @ commanded(arm, s, target) + s.nle - DAMPING * s.M @ theta_dot_H
     return tau
 
 
 def inertia_weighted(arm: Arm, s: ArmState, target: Target) -> Array:
     """The inertia-weighted pseudoinverse."""
-    tau: Array = s.J.T @ pinv(s.J @ np.linalg.inv(s.M) @ s.J.T) @ _b(arm, s, target) + s.nle
+    tau: Array = s.J.T @ pinv(s.J @ np.linalg.inv(s.M) @ s.J.T) @ commanded(arm, s, target) + s.nle
     return tau
 
 
@@ -73,7 +97,7 @@ def operational_space(arm: Arm, s: ArmState, target: Target) -> Array:
     Lambda = pinv(s.J @ M_inv @ s.J.T)
     J_bar = M_inv @ s.J.T @ Lambda
     null_space = np.eye(arm.nv) - s.J.T @ J_bar.T
-    tau: Array = s.J.T @ Lambda @ _b(arm, s, target) + s.nle + null_space @ (-DAMPING * s.M @ s.v)
+    tau: Array = s.J.T @ Lambda @ commanded(arm, s, target) + s.nle + null_space @ (-DAMPING * s.M @ s.v)
     return tau
 
 
@@ -107,3 +131,24 @@ LAWS: dict[str, tuple[Callable[[Arm, ArmState, Target], Array], int, int]] = {
     "operational-space": (operational_space, 1, 1),
 }
 """The literal laws, the pseudoinverses that a tick of each takes, and those that the project's tick takes."""
+
+
+class Printed:
+    """The matrices and torques of the paper's and the textbook's equations at one state."""
+
+    def __init__(self, arm: Arm, q: Array, v: Array, target: Target, kp: Any = KP, kv: Any = KV) -> None:
+        s = arm.state(q, v)
+        self.M, self.N, self.J, self.v = s.M, s.nle, s.J, v
+        self.b = commanded(arm, s, target, kp, kv)
+        self.J_pinv = pinv(s.J)
+        self.P = np.eye(arm.nv) - self.J_pinv @ s.J
+        self.M_inv = np.linalg.inv(s.M)
+        self.Lambda = np.linalg.inv(s.J @ self.M_inv @ s.J.T)
+        self.J_bar = self.M_inv @ s.J.T @ self.Lambda
+        self.tau_tilde, self.theta_dot_H, self.theta_ddot_H = null_space_terms(s, self.b)
+        self.tau_minimum = self.tau_tilde + s.M @ self.theta_ddot_H
+        self.product = self.theta_dot_H @ self.theta_ddot_H
+
+    def task_acceleration(self, tau: Array) -> Array:
+        """Jθ̈, the task acceleration less J̇θ̇, under a torque."""
+        return self.J @ self.M_inv @ (tau - self.N)

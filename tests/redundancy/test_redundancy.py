@@ -26,6 +26,7 @@ from aspect_control.redundancy import (
     task_acceleration,
 )
 from oracles import planar_reference as reference
+from oracles.literal import least_acceleration_torque, null_space_terms
 
 EPS = np.finfo(np.float64).eps
 
@@ -341,27 +342,17 @@ def test_gradient_is_finite_for_every_jacobian(J, seed):
 # Torques
 
 
-def literal_terms(state, b):
-    """Return τ̃ and [M(I − J⁺J)]⁺ as printed."""
-    M, J = state.M, state.J
-    J_pinv = np.linalg.pinv(J)
-    tau_tilde = M @ J_pinv @ b + state.nle
-    # M(I − J⁺J) has rank n − m: its other singular values are rounding, above numpy.linalg.pinv's default threshold;
-    # those that count are at least 1/cond M > 1e-3 of the largest.
-    return tau_tilde, np.linalg.pinv(M @ (np.eye(J.shape[1]) - J_pinv @ J), rcond=1e-9)
-
-
 def test_pseudoinverse_torque_is_equation_7(arm):
     for state, b in random_states(arm, 300, seed=9):
-        expected = state.M @ np.linalg.pinv(state.J) @ b + state.nle
+        expected = least_acceleration_torque(state, b)
         actual = pseudoinverse_torque(state.M, state.nle, state.J, b)
         np.testing.assert_allclose(actual, expected, rtol=0, atol=1e-12 * np.linalg.norm(expected))
 
 
 def test_minimum_torque_is_equation_11(arm):
     for state, b in random_states(arm, 1100, seed=10):
-        tau_tilde, MP_pinv = literal_terms(state, b)
-        expected = tau_tilde - state.M @ MP_pinv @ tau_tilde
+        tau_tilde, _, theta_ddot_H = null_space_terms(state, b)
+        expected = tau_tilde + state.M @ theta_ddot_H
         actual = minimum_torque(state.M, state.nle, state.J, b)
         # Equation (11) is a difference of torques as large as τ̃, and rounds like one.
         np.testing.assert_allclose(actual, expected, rtol=0, atol=1e-10 * np.linalg.norm(tau_tilde))
@@ -410,8 +401,7 @@ def test_torques_take_a_task_of_one_coordinate(planar):
 
 def test_homogeneous_acceleration_is_equation_16(arm):
     for state, b in random_states(arm, 500, seed=15):
-        tau_tilde, MP_pinv = literal_terms(state, b)
-        expected = -MP_pinv @ tau_tilde
+        tau_tilde, _, expected = null_space_terms(state, b)
         actual = homogeneous_acceleration(state.M, minimum_torque(state.M, state.nle, state.J, b), tau_tilde)
         # M⁻¹ is applied to a difference of torques as large as τ̃.
         rounding = 1e-10 * np.linalg.norm(np.linalg.inv(state.M), 2) * np.linalg.norm(tau_tilde)

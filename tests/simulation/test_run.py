@@ -22,6 +22,7 @@ from aspect_control.arm.sources.examples import find_example
 from aspect_control.exceptions import OutputError, RunFileError
 from aspect_control.resources import model_path
 from aspect_control.simulation import Diverged, RunInfo
+from oracles.literal import least_acceleration_torque, null_space_terms
 
 GEOMETRY = {"frame": "tool", "task": "xy", "gravity": (0, 0, 0)}
 ARM = Arm.from_urdf(model_path("planar3r.urdf"), **GEOMETRY)
@@ -121,13 +122,6 @@ def test_homogeneous_velocity_is_the_projected_velocity(runs, name):
     np.testing.assert_allclose(run.homogeneous_velocity, expected, rtol=0, atol=tolerance)
 
 
-def literal_homogeneous_acceleration(run, i, b):
-    """Eqs. (7) and (16) with NumPy's pseudoinverse, for the task acceleration b less J̇θ̇."""
-    state = ARM.state(run.q[i], run.v[i])
-    tau_tilde = state.M @ np.linalg.pinv(state.J) @ b + state.nle
-    return -np.linalg.pinv(state.M @ projector(state.J), rcond=1e-9) @ tau_tilde, tau_tilde
-
-
 def commanded(run, i):
     """ẍ_d + K_v ė + K_p e − J̇θ̇ with the law's gains."""
     state = ARM.state(run.q[i], run.v[i])
@@ -138,7 +132,7 @@ def commanded(run, i):
 def assert_products_agree(run, samples, accelerations):
     for i, b in zip(samples, accelerations, strict=True):
         theta_dot_H = projector(run.jacobians[i]) @ run.v[i]
-        theta_ddot_H, _ = literal_homogeneous_acceleration(run, i, b)
+        _, _, theta_ddot_H = null_space_terms(ARM.state(run.q[i], run.v[i]), b)
         # Two routes through matrices whose condition multiplies to some 1e4: 1e-9 is generous by two orders.
         scale = np.linalg.norm(run.v[i]) * np.linalg.norm(theta_ddot_H)
         assert abs(run.maciejewski_product[i] - theta_dot_H @ theta_ddot_H) <= 1e-9 * scale
@@ -158,7 +152,7 @@ def test_maciejewski_s_product_of_jmdc_is_that_of_the_task_acceleration_it_bring
 
 def test_pseudoinverse_torque_is_equation_7_with_the_law_s_gains(modified):
     run, samples = modified
-    expected = [literal_homogeneous_acceleration(run, i, commanded(run, i))[1] for i in samples]
+    expected = [least_acceleration_torque(ARM.state(run.q[i], run.v[i]), commanded(run, i)) for i in samples]
     np.testing.assert_allclose(run.pseudoinverse_torque[samples], expected, rtol=0, atol=1e-11)
 
 

@@ -47,9 +47,7 @@ def minimum_torque(M: Matrix, nle: Vector, J: Matrix, b: Vector) -> Vector:
 
 @kernel
 def inertia_weighted_torque(M: Matrix, nle: Vector, J: Matrix, b: Vector) -> Vector:
-    """Return τ = Jᵀ(J M⁻¹Jᵀ)⁺b + N: the torque of the least θ̈ᵀMθ̈ that gives the task acceleration.
-
-    With M = L Lᵀ and W = J L⁻ᵀ, in whose coordinates that is the plain norm, it is L W⁺b + N.
+    """Return τ = JᵀΛb + N with Λ = (J M⁻¹Jᵀ)⁺: the torque of the least θ̈ᵀMθ̈ that gives the task acceleration.
 
     Args:
         M: Joint-space inertia matrix, shape (n, n), kg m².
@@ -60,16 +58,15 @@ def inertia_weighted_torque(M: Matrix, nle: Vector, J: Matrix, b: Vector) -> Vec
     Returns:
         τ, shape (n,), N m.
     """
-    L = np.linalg.cholesky(M)
-    W = J @ np.linalg.inv(L).T
-    return L @ least_norm_solution(W, b) + nle
+    A = np.linalg.solve(M, J.T).T
+    return J.T @ least_norm_solution(A @ J.T, b) + nle
 
 
 @kernel
 def operational_space_torque(M: Matrix, nle: Vector, J: Matrix, b: Vector, tau_0: Vector) -> Vector:
     """Return JᵀΛb + N + (I − JᵀJ̄ᵀ)τ₀ with Λ = (J M⁻¹Jᵀ)⁺ and J̄ = M⁻¹JᵀΛ: a null-space torque besides the task's.
 
-    τ₀ brings about no task acceleration. With M = L Lᵀ and W = J L⁻ᵀ the sum is L W⁺(b − W L⁻¹τ₀) + τ₀ + N.
+    τ₀ brings about no task acceleration: the sum is JᵀΛ(b − J M⁻¹τ₀) + τ₀ + N.
 
     Args:
         M: Joint-space inertia matrix, shape (n, n), kg m².
@@ -81,10 +78,8 @@ def operational_space_torque(M: Matrix, nle: Vector, J: Matrix, b: Vector, tau_0
     Returns:
         τ, shape (n,), N m.
     """
-    L = np.linalg.cholesky(M)
-    L_inv = np.linalg.inv(L)
-    W = J @ L_inv.T
-    return L @ least_norm_solution(W, b - W @ (L_inv @ tau_0)) + tau_0 + nle
+    A = np.linalg.solve(M, J.T).T
+    return J.T @ least_norm_solution(A @ J.T, b - A @ tau_0) + tau_0 + nle
 
 
 @kernel

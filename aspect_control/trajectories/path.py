@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from math import hypot
 
 import numpy as np
 import pinocchio as pin
@@ -68,7 +69,7 @@ class PathTrajectory(Trajectory):
         if pose is None:
             x = rows[0]
             x += start
-        if not sum(map(abs, rows.ravel().tolist())) <= LARGEST:
+        if not hypot(*rows.ravel().tolist()) <= LARGEST:
             if pose is None:
                 require_finite("start", start)
             require_finite(f"the target at t = {t:g} s", rows)

@@ -1,6 +1,11 @@
 import inspect
+import os
 import re
+import shutil
+import subprocess
 import sys
+import tomllib
+import venv
 from importlib.metadata import EntryPoint, entry_points, version
 from pathlib import Path
 
@@ -9,11 +14,7 @@ import pytest
 import aspect_control
 from aspect_control import controllers
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
+COMMAND = str(Path(sys.executable).with_name("aspect-control"))
 PYPROJECT = Path(__file__).parents[1] / "pyproject.toml"
 PROJECT = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))["project"]
 LAWS = PROJECT["entry-points"]["aspect_control.controllers"]
@@ -66,3 +67,54 @@ def test_the_package_is_typed():
 @pytest.mark.parametrize("name", aspect_control.__all__)
 def test_every_public_name_exists(name):
     assert hasattr(aspect_control, name)
+
+
+def test_the_command_says_its_version():
+    done = subprocess.run([COMMAND, "--version"], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"aspect-control {aspect_control.__version__}\n", "")
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_command_completes_in_a_shell(shell):
+    done = subprocess.run([COMMAND, "--show-completion", shell], capture_output=True, text=True)
+    assert done.returncode == 0
+    assert "_ASPECT_CONTROL_COMPLETE" in done.stdout
+
+
+@pytest.fixture(scope="module")
+def distributions(tmp_path_factory):
+    """The wheel and the sdist, built of what git would commit."""
+    source, built = tmp_path_factory.mktemp("source") / "aspect-control", tmp_path_factory.mktemp("dist")
+    ignored = shutil.ignore_patterns(".git", ".venv", "*.egg-info", "__pycache__", "results", ".*_cache")
+    shutil.copytree(PYPROJECT.parent, source, ignore=ignored)
+    for target, hook in (("sdist", "build_sdist"), ("wheel", "build_wheel")):
+        code = f"from hatchling.build import {hook}; {hook}({str(built)!r})"
+        done = subprocess.run([sys.executable, "-c", code], cwd=source, capture_output=True, text=True)
+        assert done.returncode == 0, f"{target}: {done.stderr}"
+    return {path.suffix: path for path in built.iterdir()}
+
+
+@pytest.mark.parametrize("suffix", [".whl", ".gz"])
+def test_a_release_works_in_an_empty_environment(distributions, suffix, tmp_path):
+    """Installed without its dependencies, which are lent from here: neither the checkout nor its entry points are."""
+    venv.create(tmp_path / "empty", with_pip=True)
+    python = tmp_path / "empty" / "bin" / "python"
+    (packages,) = (tmp_path / "empty" / "lib").glob("python*/site-packages")
+    lent = tmp_path / "lent"
+    lent.mkdir()
+    for each in {Path(path) for path in sys.path if path.endswith("site-packages")}:
+        for entry in each.iterdir():
+            if "aspect_control" not in entry.name and not (packages / entry.name).exists():
+                (lent / entry.name).symlink_to(entry)
+    (packages / "lent.pth").write_text(f"{lent}\n")
+    install = [python, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation", distributions[suffix]]
+    done = subprocess.run(install, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    alone = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    where = [python, "-c", "import aspect_control; print(aspect_control.__file__)"]
+    found = subprocess.run(where, cwd=tmp_path, env=alone, capture_output=True, text=True, check=True).stdout
+    assert Path(found.strip()).is_relative_to(packages)
+    command = [packages.parents[2] / "bin" / "aspect-control", "run", "planar3r", "--set", "simulation.dt=0.02"]
+    done = subprocess.run(command, cwd=tmp_path, env=alone, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "results" / "planar3r" / "jmdc.npz").is_file()

@@ -104,7 +104,7 @@ def expanded_gradient(J: Matrix, dJ: Tensor, terms: Table) -> Vector:
     for k in range(m):
         of_row = terms[:, ends[k] : ends[k + 1]]
         column, smaller, minor, sign = of_row[1], of_row[2], of_row[3], of_row[4]
-        levels.append(np.bincount(minor, sign * J[k][column] * levels[k][smaller]))  # type: ignore[arg-type]
+        levels.append(np.bincount(minor, sign * J[k][column] * levels[k][smaller]))
     delta = levels[m]
     size = np.abs(delta)
     if size.min() <= BORDER * m * np.sqrt((J * J).sum(axis=0).max()) ** m:
@@ -117,7 +117,7 @@ def expanded_gradient(J: Matrix, dJ: Tensor, terms: Table) -> Vector:
         of_term = sign * slope[minor]
         total[k] = np.bincount(column, of_term * levels[k][smaller], n)
         if k > 0:
-            slope = np.bincount(smaller, of_term * J[k][column])  # type: ignore[assignment]
+            slope = np.bincount(smaller, of_term * J[k][column])
     measure = np.exp(np.log(size).sum() / len(size))
     return measure / len(size) * contracted(total, dJ)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..aspects import stability
-from ..aspects.postures import require_one_to_spare
+from ..aspects.postures import require_one_redundant_degree
 from ..redundancy import Array, null_vector
 from ..simulation import Run
 
@@ -31,15 +31,15 @@ class SelfMotionOfRun:
 
 
 def self_motion_of_run(run: Run) -> SelfMotionOfRun:
-    """Return the self-motion of a run of an arm with one joint to spare.
+    """Return the self-motion of a run of one redundant degree of freedom.
 
     Args:
         run: The run.
 
     Raises:
-        ParameterError: If not exactly one joint is to spare.
+        ParameterError: If there is not exactly one redundant degree of freedom.
     """
-    require_one_to_spare(run.arm)
+    require_one_redundant_degree(run.arm)
     speed: Array = np.einsum("ki,ki->k", null_vector(run.jacobians), run.v)
     c = np.array([stability(run.arm, q) for q in run.q])
     rate = -c * speed

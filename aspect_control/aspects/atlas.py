@@ -39,7 +39,7 @@ class Atlas:
         within_limits: Whether all joints are inside their limits, angles counted modulo a turn, shape (l, k).
         stability: c of s̈ = −c ṡ² in the direction of `null_vector`, shape (l, k), 1/rad, for an arm with one joint to
             spare; None for others.
-        direction: Unit null vector, shape (l, k, nv), for an arm with one joint to spare; None for others.
+        direction: Unit null vector, shape (l, k, nv), for one redundant degree of freedom; None for others.
     """
 
     slice: Slice
@@ -108,7 +108,7 @@ class Atlas:
 
 
 def compute_atlas(slice_: Slice, resolution: int, progress: Callable[[float], None] | None = None) -> Atlas:
-    """Compute the minors, the minor measure and, with one joint to spare, c over a slice.
+    """Compute the minors, the minor measure and, with one redundant degree of freedom, c over a slice.
 
     Args:
         slice_: The slice.

@@ -16,16 +16,17 @@ _LONGEST_STEP = 0.7
 """Longest step of the corrector, rad: beyond, the Jacobian says little."""
 
 
-def require_one_to_spare(arm: Arm) -> None:
+def require_one_redundant_degree(arm: Arm) -> None:
     """Make sure that the self-motion of an arm is a curve.
 
     Raises:
-        ParameterError: If not exactly one joint is to spare.
+        ParameterError: If there is not exactly one redundant degree of freedom.
     """
     if arm.redundancy != 1:
         raise ParameterError(
-            f"the self-motion is a curve if one joint is to spare; the task {arm.task} leaves {arm.redundancy} of "
-            f"{arm.nv} joints to spare: sample it with sample_self_motion, lock joints or take another task"
+            f"the self-motion is a curve with one redundant degree of freedom; the task {arm.task} leaves "
+            f"{arm.redundancy} redundant degrees of freedom of {arm.nv} joints: sample it with sample_self_motion, "
+            "lock joints or take another task"
         )
 
 
@@ -74,7 +75,7 @@ def project(arm: Arm, positions: Array, x: TaskValue, iterations: int = 40) -> A
     return None
 
 
-def turned(arm: Arm, displacement: Array) -> Array:
+def wrap_angles(arm: Arm, displacement: Array) -> Array:
     """Return a displacement of the joints with angles modulo a turn, in [−π, π].
 
     Args:
@@ -97,11 +98,11 @@ def beyond_limits(arm: Arm, positions: Array) -> Array:
     """
     lower, upper = arm.position_limits
     middle, half = _range(arm)
-    angles = np.abs(turned(arm, positions - middle)) - half
+    angles = np.abs(wrap_angles(arm, positions - middle)) - half
     return np.where(arm.prismatic, np.maximum(lower - positions, positions - upper), angles)
 
 
-def into_limits(arm: Arm, positions: Array) -> Array:
+def wrap_into_limits(arm: Arm, positions: Array) -> Array:
     """Return the same postures with every angle turned to where it is nearest to the middle of its range.
 
     Args:
@@ -109,7 +110,7 @@ def into_limits(arm: Arm, positions: Array) -> Array:
         positions: Joint positions, shape (..., nv), rad.
     """
     middle, _ = _range(arm)
-    result: Array = middle + turned(arm, positions - middle)
+    result: Array = middle + wrap_angles(arm, positions - middle)
     return result
 
 

@@ -1,4 +1,4 @@
-"""Sampling the postures that one task value can be reached by, for any number of joints to spare."""
+"""Sampling the postures that one task value can be reached by, for any number of redundant degrees of freedom."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..arm.tasks import TaskValue
 from ..checks import finite_vector, positive, whole_number
 from ..exceptions import NotRedundantError, UnreachableError
 from ..redundancy import Array, aspect_signature, minor_measure, minors, null_space_basis
-from .postures import into_limits, jacobian, project, sampling_range, task_error
+from .postures import jacobian, project, sampling_range, task_error, wrap_into_limits
 
 MAX_COUNT = 1_000_000
 """The most postures that are looked for at once."""
@@ -128,7 +128,7 @@ def sample_self_motion(
             guess = rng.uniform(low, high)
         posture = project(arm, guess, x)
         if posture is not None:
-            inside = posture if np.isfinite(within) else into_limits(arm, posture)
+            inside = posture if np.isfinite(within) else wrap_into_limits(arm, posture)
             if (lower <= inside).all() and (inside <= upper).all():
                 found.append(inside)
     if not found:

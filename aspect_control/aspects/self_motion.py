@@ -1,4 +1,4 @@
-"""The self-motion of an arm with one joint to spare: the curve of all postures of one task value."""
+"""The self-motion of one redundant degree of freedom: the curve of all postures of one task value."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .crossings import (
     border_crossings,
     limit_crossings,
 )
-from .postures import beyond_limits, jacobian, project, require_one_to_spare, task_error, turned
+from .postures import beyond_limits, jacobian, project, require_one_redundant_degree, task_error, wrap_angles
 
 RANK_TOLERANCE = 1e-6
 """Ratio of the smallest to the largest singular value of J at which the self-motion ends for loss of rank."""
@@ -130,7 +130,7 @@ class SelfMotion:
 def self_motion(
     arm: Arm, q: ArrayLike, *, x: TaskValue | None = None, spacing: float = 0.02, longest: float = 100.0
 ) -> SelfMotion:
-    """Follow the self-motion through a posture of an arm with one joint to spare.
+    """Follow the self-motion through a posture of one redundant degree of freedom.
 
     The curve solves dθ/ds = z(θ), z the unit null vector: SciPy's DOP853 predicts it, J⁺ leads it back to the task
     value, and every sample is corrected by Newton's method to a task error below 1e-12. Its direction is that of
@@ -138,22 +138,22 @@ def self_motion(
     reported.
 
     Args:
-        arm: The arm, with one joint to spare.
+        arm: The arm, with one redundant degree of freedom.
         q: Joint configuration at s = 0, shape (nq,), rad, inside the joint limits.
         x: Task value; None for that of q. For another one, q is first corrected to it.
         spacing: Arc length between samples, at most, rad.
         longest: Length at which an open curve is given up in each direction, rad.
 
     Raises:
-        ParameterError: If not exactly one joint is to spare, q is beyond a joint limit, `spacing` or `longest` is not
-            above zero, or the task value is not kept by motions with J θ̇ = 0, as for a task of one or two rotations
-            of a spatial arm.
+        ParameterError: If there is not exactly one redundant degree of freedom, q is beyond a joint limit, `spacing` or
+            `longest` is not above zero, or the task value is not kept by motions with J θ̇ = 0, as for a task of one or
+            two rotations of a spatial arm.
         RankLossError: If J has lost rank at q.
         ShapeError: If q or x has the wrong shape.
         NonFiniteError: If q or x is not finite.
     """
     spacing, longest = positive("spacing", spacing, "rad"), positive("longest", longest, "rad")
-    require_one_to_spare(arm)
+    require_one_redundant_degree(arm)
     q = arm.joints.checked_configuration(q)
     arm.require_within_limits(q)
     x = arm.task_position(q) if x is None else arm.coordinates.checked("x", x)
@@ -235,7 +235,7 @@ def _trace(arm: Arm, x: TaskValue, start: Array, direction: float, longest: floa
         pieces.append(piece)
         if progress(before) < 0.0 <= progress(solver.y):
             s = brentq(lambda s, piece=piece: progress(piece(s)), solver.t_old, solver.t, xtol=1e-14)
-            if np.linalg.norm(turned(arm, piece(s) - start)) < _LARGEST_CORRECTION:
+            if np.linalg.norm(wrap_angles(arm, piece(s) - start)) < _LARGEST_CORRECTION:
                 ended, length = "closed", s
                 break
         if _rank_ratio(arm, solver.y) < RANK_TOLERANCE:
@@ -248,7 +248,7 @@ def _trace(arm: Arm, x: TaskValue, start: Array, direction: float, longest: floa
 
 
 def _whole_turns(arm: Arm, displacement: Array) -> Array:
-    return displacement - turned(arm, displacement)
+    return displacement - wrap_angles(arm, displacement)
 
 
 def _rank_ratio(arm: Arm, positions: Array) -> float:

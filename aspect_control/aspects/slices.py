@@ -12,7 +12,7 @@ from ..arm import Arm
 from ..checks import known_name
 from ..exceptions import JointNotFoundError, ParameterError
 from ..redundancy import Array, minors, null_vector
-from .postures import jacobian, sampling_range, turned
+from .postures import jacobian, sampling_range, wrap_angles
 from .self_motion import SelfMotion, self_motion
 
 _SWEEP = 60
@@ -102,7 +102,7 @@ class JointSlice(Slice):
             NonFiniteError: If q is not finite.
         """
         self.arm, self.start = arm, arm.positions(q)
-        first, second = joints if joints is not None else _liveliest_joints(arm, self.start)
+        first, second = joints if joints is not None else _most_sign_changing_joints(arm, self.start)
         self.joints = joint_index(arm, first), joint_index(arm, second)
         if first == second:
             raise ParameterError(f"a slice needs two joints, got {first!r} twice")
@@ -124,7 +124,7 @@ class JointSlice(Slice):
         columns = list(self.joints)
         middles = np.zeros(self.arm.nv)
         middles[columns] = [(axis.low + axis.high) / 2.0 for axis in (self.horizontal, self.vertical)]
-        coordinates: Array = (middles + turned(self.arm, positions - middles))[:, columns]
+        coordinates: Array = (middles + wrap_angles(self.arm, positions - middles))[:, columns]
         return coordinates
 
 
@@ -135,7 +135,7 @@ class SelfMotionSlice(Slice):
         """Lay the slice through the self-motion of a posture.
 
         Args:
-            arm: The arm, with one joint to spare.
+            arm: The arm, with one redundant degree of freedom.
             q: Joint configuration, shape (nq,), rad.
             joint: Name of the joint that is turned away from where the self-motion has it.
 
@@ -176,7 +176,7 @@ class SelfMotionSlice(Slice):
         """Return the arc length nearest in all other joints, and the distance in the joint, shape (k, 2)."""
         found = np.empty((len(positions), 2))
         for row, posture in enumerate(positions):
-            away = turned(self.arm, posture - self.curve.positions)
+            away = wrap_angles(self.arm, posture - self.curve.positions)
             others = np.delete(away, self.joint, axis=1)
             nearest = int(np.linalg.norm(others, axis=1).argmin())
             found[row] = self.curve.s[nearest], away[nearest, self.joint]
@@ -202,7 +202,7 @@ def _joint_axis(arm: Arm, joint: int) -> Axis:
     return Axis(arm.joint_names[joint], lower, upper, "rad", True)
 
 
-def _liveliest_joints(arm: Arm, base: Array) -> tuple[str, str]:
+def _most_sign_changing_joints(arm: Arm, base: Array) -> tuple[str, str]:
     """Return the two joints that change the signs of most minors when each is moved through its range by itself."""
     if arm.nv < 2:
         raise ParameterError(f"a slice needs two joints, {arm.name!r} has {arm.nv}")

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..arm import Arm
 from ..redundancy import Array, null_vector, null_vector_derivative, stability_coefficient
-from .postures import require_one_to_spare
+from .postures import require_one_redundant_degree
 from .self_motion import SelfMotion
 
 
@@ -19,7 +19,7 @@ def stability(arm: Arm, q: ArrayLike) -> float:
     Gravity is left out: c is about what the self-motion does by itself. For travel the other way it is −c.
 
     Args:
-        arm: The arm, with one joint to spare.
+        arm: The arm, with one redundant degree of freedom.
         q: Joint configuration, shape (nq,), rad.
 
     Returns:
@@ -27,11 +27,11 @@ def stability(arm: Arm, q: ArrayLike) -> float:
         and c no meaning.
 
     Raises:
-        ParameterError: If not exactly one joint is to spare.
+        ParameterError: If there is not exactly one redundant degree of freedom.
         ShapeError: If q has the wrong shape.
         NonFiniteError: If q is not finite.
     """
-    require_one_to_spare(arm)
+    require_one_redundant_degree(arm)
     z = null_vector(arm.jacobian(q))
     moving, resting = arm.state(q, z), arm.state(q, np.zeros(arm.nv))
     return stability_coefficient(moving.M, moving.nle - resting.nle, z, null_vector_derivative(moving.J, moving.drift))

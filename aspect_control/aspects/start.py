@@ -14,15 +14,15 @@ from ..arm.tasks import TaskValue
 from ..exceptions import ParameterError, RankLossError
 from ..redundancy import Array, minors
 from .objective import Criterion, Objective
-from .postures import into_limits, jacobian, task_error, turned
+from .postures import jacobian, task_error, wrap_angles, wrap_into_limits
 from .sampling import SelfMotionSample, sample_self_motion, search_box
 from .self_motion import SelfMotion, self_motion
 
 _CURVE_SEEDS = 150
-"""Random postures from which the curves of an arm with one joint to spare are looked for."""
+"""Random postures from which the curves of one redundant degree of freedom are looked for."""
 
 _SAMPLES = 300
-"""Postures that are sampled for an arm with several joints to spare."""
+"""Postures that are sampled for several redundant degrees of freedom."""
 
 _SPACING = 0.02
 """Arc length between the samples of a curve, rad."""
@@ -57,7 +57,7 @@ class Start:
         smallest_minor: The smallest |δ_i| at q as a part of the minor's own scale, `arm.minor_scales`.
         reference_smallest_minor: The same at the reference.
         found: How it was found, in words.
-        curves: The self-motion curves that were followed, for an arm with one joint to spare.
+        curves: The self-motion curves that were followed, for one redundant degree of freedom.
         sample: The postures that were sampled, for other arms.
     """
 
@@ -115,9 +115,9 @@ def choose_start(
 ) -> Start:
     """Return the posture with a task value that is best by a criterion inside the joint limits.
 
-    With one joint to spare, all self-motion curves that random postures lead to are followed; with several, the
-    postures are sampled. From the best ones SciPy's SLSQP climbs on, with the task value as a constraint and the joint
-    limits as bounds.
+    With one redundant degree of freedom, all self-motion curves that random postures lead to are followed; with
+    several, the postures are sampled. From the best ones SciPy's SLSQP climbs on, with the task value as a constraint
+    and the joint limits as bounds.
 
     Args:
         arm: The arm.
@@ -128,7 +128,7 @@ def choose_start(
         reference: Joint configuration to compare with, shape (nq,), rad, of the same task value and inside the joint
             limits; None for the first posture found.
         within: How far each joint may be from `reference`, rad; infinite for any distance.
-        count: How many random postures to find; None for 150 with one joint to spare, else 300.
+        count: How many random postures to find; None for 150 with one redundant degree of freedom, else 300.
         seed: Seed of the random numbers: the same seed gives the same posture.
 
     Raises:
@@ -224,15 +224,15 @@ def _curves(arm: Arm, x: TaskValue, seeds: Array, spacing: float) -> tuple[SelfM
 
 
 def _passes(curve: SelfMotion, positions: Array) -> bool:
-    distances = np.linalg.norm(turned(curve.arm, curve.positions - positions), axis=1)
+    distances = np.linalg.norm(wrap_angles(curve.arm, curve.positions - positions), axis=1)
     return bool(distances.min() < curve.length / (len(curve.s) - 1))
 
 
 def _nearest_turns(arm: Arm, postures: Array, centre: Array) -> Array:
     """Return the same postures with every angle turned to where it is nearest to `centre`, if the limits allow it."""
     lower, upper = arm.position_limits
-    nearest = centre + turned(arm, postures - centre)
-    return np.where((lower <= nearest) & (nearest <= upper), nearest, into_limits(arm, postures))
+    nearest = centre + wrap_angles(arm, postures - centre)
+    return np.where((lower <= nearest) & (nearest <= upper), nearest, wrap_into_limits(arm, postures))
 
 
 def _nearest_of_best(peaks: list[tuple[Array, float]], centre: Array) -> tuple[Array, float]:

@@ -116,12 +116,12 @@ def hypothesis(
     from ..scenario import load_scenario
     from ..studies.hypothesis import Experiment, HypothesisResult, examine_hypothesis, time_estimate
     from ..views import hypothesis_figure, hypothesis_report, hypothesis_rows, hypothesis_verdict, save_figure
-    from ..views.screen import processors, progress_bar, require_patience, show_table
+    from ..views.screen import confirm_long_run, processors, progress_bar, show_table
 
     experiment = Experiment.of(scenario.stem, load_scenario(scenario), seed=seed, dt=dt)
     workers = processors() if workers is None else workers
     seconds = time_estimate(experiment, samples, workers)
-    require_patience(f"a run of {samples:,} samples", seconds, "fewer --samples", yes)
+    confirm_long_run(f"a run of {samples:,} samples", seconds, "fewer --samples", yes)
     folder = output_folder(out or Path("results") / "hypothesis" / scenario.stem)
     latest = HypothesisResult(experiment, samples, ())
     written = float("-inf")

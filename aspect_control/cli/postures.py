@@ -84,7 +84,7 @@ def atlas(
     from ..files import output_folder, write_text
     from ..scenario import load_scenario
     from ..views import atlas_figure, plain_text, save_figure, stability_figure
-    from ..views.screen import progress_bar, require_patience, show_atlas
+    from ..views.screen import confirm_long_run, progress_bar, show_atlas
 
     if joints is not None and self_motion is not None:
         raise ParameterError("give either --joints or --self-motion, not both")
@@ -94,7 +94,7 @@ def atlas(
     q = described.start_configuration(arm)
     slice_ = JointSlice(arm, q, joints) if self_motion is None else SelfMotionSlice(arm, q, self_motion)
     seconds = estimated_time(slice_, resolution)
-    require_patience(f"a resolution of {resolution}", seconds, "a lower --resolution", yes)
+    confirm_long_run(f"a resolution of {resolution}", seconds, "a lower --resolution", yes)
     folder = output_folder(out or Path("results") / "atlas" / scenario.stem)
     with progress_bar() as progress:
         computed = compute_atlas(slice_, resolution, lambda part: progress("slice", part))

@@ -33,7 +33,7 @@ class JMinorDynamicControl(ResolvedMotion):
         """Set the arm, the joint-space gains and the weight of the criterion.
 
         Args:
-            arm: The arm; its task must leave at least one joint spare.
+            arm: The arm; its task must leave a redundant degree of freedom.
             kp: Position gain K_p, 1/s²: a scalar, a vector of n entries or an (n, n) matrix.
             kv: Velocity gain K_v, 1/s: a scalar, a vector of n entries or an (n, n) matrix.
             kappa: κ, rad² per s and unit of H; 0 leaves the criterion out.

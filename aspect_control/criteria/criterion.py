@@ -41,7 +41,7 @@ class Criterion(ABC):
         Raises:
             UndefinedCriterionError: If the criterion has no meaning there at all.
         """
-        reason = self.without_gradient(q)
+        reason = self.undefined_because(q)
         if reason is not None:
             warnings.warn(
                 f"the criterion {self.name!r} has no definite gradient at the start: {reason}",
@@ -49,7 +49,7 @@ class Criterion(ABC):
                 stacklevel=4,
             )
 
-    def without_gradient(self, q: Array) -> str | None:
+    def undefined_because(self, q: Array) -> str | None:
         """Return why H has no definite gradient at q, shape (nq,), rad, in words; None if it has one."""
         return None
 
@@ -65,7 +65,7 @@ class Criterion(ABC):
 class JacobianCriterion(Criterion):
     """A criterion that is a function of J and has no gradient where J loses rank."""
 
-    def without_gradient(self, q: Array) -> str | None:
+    def undefined_because(self, q: Array) -> str | None:
         """Return why H has no gradient at q: the pose is singular."""
         ratio = float(inverse_condition_number(self.arm.jacobian(q)))
         if ratio > BORDER_TOLERANCE:

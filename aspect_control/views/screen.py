@@ -35,7 +35,7 @@ def describe_time(seconds: float) -> str:
     return f"{seconds / 60.0:.0f} min" if seconds >= 60.0 else f"{seconds:.0f} s"
 
 
-def require_patience(what: str, seconds: float, instead: str, yes: bool) -> None:
+def confirm_long_run(what: str, seconds: float, instead: str, yes: bool) -> None:
     """Make sure that long work is meant.
 
     Args:

@@ -16,7 +16,7 @@ from oracles import literal
 
 from .arms import Sample
 from .floor import floor
-from .timing import Call, Row, in_turn
+from .timing import Call, Row, interleaved
 
 SIMULATED = 1.0
 """Length of the run, s."""
@@ -49,6 +49,6 @@ def _run_of(name: str, arm: Arm, rounds: int) -> list[Row]:
         "target": lambda: line.target(0.3, start, arm.coordinates),
         "floor": lambda: bare(sample),
     }
-    seconds = in_turn(calls, rounds)
+    seconds = interleaved(calls, rounds)
     base, of = seconds["tick"] + seconds["four ABA calls"], "tick + four ABA calls"
     return [Row(f"Panda, xyz: closed loop, {name}", each, seconds[each], base, of) for each in calls]

@@ -11,7 +11,7 @@ from aspect_control.redundancy.gradients import expanded_gradient, laplace_expan
 from oracles import literal
 
 from . import arms
-from .timing import Call, Row, around, in_turn
+from .timing import Call, Row, around, interleaved
 
 
 def arms_timed() -> dict[str, Arm]:
@@ -87,7 +87,7 @@ def pieces(name: str, arm: Arm, rounds: int) -> list[Row]:
     }
     rows = []
     for piece, calls in groups.items():
-        seconds = in_turn(calls, rounds)
+        seconds = interleaved(calls, rounds)
         first = next(iter(calls))
         rows += [Row(f"{name}: {piece}", each, seconds[each], seconds[first], first) for each in calls]
     return rows

@@ -25,7 +25,7 @@ TIGHT = 0.9
 
 SOLVERS = ("osqp", "daqp", "proxqp", "quadprog")
 
-FREE, TIGHT_LIMITS = "Panda, xyz: qp, no limit in the way", "Panda, xyz: qp, tight torque limits"
+FREE, TIGHT_LIMITS = "Panda, xyz: qp, no active constraint", "Panda, xyz: qp, tight torque limits"
 """Groups of rows."""
 
 

@@ -21,7 +21,7 @@ from aspect_control.exceptions import ParameterError
 from . import arms
 from .floor import floor
 from .ticks import tick
-from .timing import WARM, Call, Row, around, in_turn
+from .timing import WARM, Call, Row, around, interleaved
 
 TICKS = 200
 """Ticks that PlaCo's process makes in one round."""
@@ -60,7 +60,7 @@ def rivals_not_installed(placo_python: Path | None) -> list[str]:
 
 
 def _rows(calls: dict[str, Call], rounds: int, notes: dict[str, str]) -> list[Row]:
-    seconds = in_turn(calls, rounds)
+    seconds = interleaved(calls, rounds)
     base = "PlaCo DynamicsSolver" if "PlaCo DynamicsSolver" in calls else "floor"
     return [Row("Panda, xyz: rivals", each, seconds[each], seconds[base], base, notes.get(each, "")) for each in calls]
 
@@ -121,7 +121,7 @@ def _placo(arm: Arm, python: str) -> Iterator[Call]:
             raise ParameterError(f"--placo-python must be a Python that has PlaCo, got {python}: {' '.join(said)}")
 
         def timed() -> float:
-            # Begins warm, as the calls of `in_turn` do.
+            # Begins warm, as the calls of `interleaved` do.
             ask(str(math.ceil(WARM * TICKS)))
             return float(ask(str(TICKS)))
 

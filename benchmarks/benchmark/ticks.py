@@ -14,7 +14,7 @@ from oracles import literal
 from . import arms
 from .arms import Sample
 from .floor import floor
-from .timing import Call, EveryTick, Motion, Row, around, every_tick, in_turn
+from .timing import Call, EveryTick, Motion, Row, around, every_tick, interleaved
 
 
 def tick(name: str, arm: Arm, samples: list[Sample]) -> Call:
@@ -46,7 +46,7 @@ def ticks(name: str, arm: Arm, rounds: int, *, with_literal: bool) -> list[Row]:
             calls[f"{law}, literal"] = around(as_in_the_paper, samples)
             notes[f"{law}, literal"] = _pseudoinverses(as_printed)
     calls["resolved-motion"] = tick("resolved-motion", arm, samples)
-    seconds = in_turn(calls, rounds)
+    seconds = interleaved(calls, rounds)
     return [Row(f"{name}: tick", each, seconds[each], seconds["floor"], "floor", notes.get(each, "")) for each in calls]
 
 
@@ -79,7 +79,7 @@ def many_minors(rounds: int) -> list[Row]:
         return expanded_gradient(sample.state.J, arm.jacobian_derivative(sample.q), terms)
 
     calls = {"floor": around(floor(arm), samples), f"{count:,} minors and ∇H": around(gradient, samples)}
-    seconds = in_turn(calls, rounds)
+    seconds = interleaved(calls, rounds)
     return [Row("chain of 20, xyz", each, seconds[each], seconds["floor"], "floor") for each in calls]
 
 

@@ -127,7 +127,7 @@ def every_tick(group: str, calls: Mapping[str, Motion], samples: Sequence[Any], 
     return [EveryTick(group, name, np.concatenate(seconds[name]), unit, "median floor") for name in calls]
 
 
-def in_turn(calls: Mapping[str, Call], rounds: int) -> dict[str, Array]:
+def interleaved(calls: Mapping[str, Call], rounds: int) -> dict[str, Array]:
     """Time calls in turn.
 
     Args:

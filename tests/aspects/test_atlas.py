@@ -155,7 +155,11 @@ def test_record_says_how_much_of_a_path_the_slice_shows(planar_atlas, panda_atla
             JointNotFoundError,
             "available: 'panda_joint1'",
         ),
-        (lambda arm: aspects.SelfMotionSlice(arm, PANDA, "panda_joint2"), ParameterError, "4 of 7 joints to spare"),
+        (
+            lambda arm: aspects.SelfMotionSlice(arm, PANDA, "panda_joint2"),
+            ParameterError,
+            "4 redundant degrees",
+        ),
         (lambda arm: aspects.compute_atlas(aspects.JointSlice(arm, PANDA), 1), ParameterError, "at least 2, got 1"),
         (
             lambda arm: aspects.compute_atlas(aspects.JointSlice(arm, PANDA), 10**6),
@@ -318,7 +322,7 @@ def test_atlas_of_trajectory_a_from_the_command_line(tmp_path, monkeypatch, atla
         (["--joints", "joint2", "joint3", "--self-motion", "joint1"], "either --joints or --self-motion"),
         (["--resolution", "1"], "resolution must be a whole number of at least 2, got 1"),
         (["--resolution", "5000"], "a resolution of 5000 takes about "),
-        (["panda-xyz", "--self-motion", "panda_joint4"], "leaves 4 of 7 joints to spare"),
+        (["panda-xyz", "--self-motion", "panda_joint4"], "leaves 4 redundant degrees of freedom of 7 joints"),
         (["--out", "file/below"], "cannot write to folder file/below"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Self-motions: followed for one joint to spare, sampled for several."""
+"""Self-motions: followed for one redundant degree of freedom, sampled for several."""
 
 import numpy as np
 import pinocchio as pin
@@ -190,7 +190,7 @@ def test_posture_is_corrected_to_another_task_value(planar):
 @pytest.mark.parametrize(
     ("arm", "q", "options", "error", "words"),
     [
-        (("panda", "xyz"), READY, {}, ParameterError, "leaves 4 of 7 joints to spare: sample it with"),
+        (("panda", "xyz"), READY, {}, ParameterError, "4 redundant degrees of freedom of 7 joints: sample it"),
         (("panda", "pose"), [0, 2, 0, -2, 0, 2, 0], {}, ParameterError, "'panda_joint2' at 2 is outside its limits"),
         (("planar3r", "xy"), [0, 0, 0], {}, RankLossError, "has lost rank at q"),
         (("planar3r", "xy"), [0, 0], {}, ShapeError, r"must have shape \(3,\)"),

@@ -172,5 +172,5 @@ def test_peak_of_the_null_space_vector_method_is_that_of_its_own_self_motion():
 
 def test_c_is_for_one_joint_to_spare():
     arm = example_arm("panda", "xyz")
-    with pytest.raises(ParameterError, match="leaves 4 of 7 joints to spare"):
+    with pytest.raises(ParameterError, match="leaves 4 redundant degrees of freedom of 7 joints"):
         aspects.stability(arm, POSTURES["panda"])

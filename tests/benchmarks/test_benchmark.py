@@ -19,7 +19,7 @@ from benchmark.figure import benchmark_figure
 from benchmark.report import benchmark_report
 from benchmark.rivals import rivals
 from benchmark.ticks import every_tick_of_a_motion, ticks
-from benchmark.timing import COMPILED, NUMPY, Motion, Row, every_tick, in_turn
+from benchmark.timing import COMPILED, NUMPY, Motion, Row, every_tick, interleaved
 from oracles import literal
 
 PROGRAM = Path(__file__).parents[2] / "benchmarks" / "pseudoinverse_cost.py"
@@ -52,13 +52,13 @@ def test_a_call_is_timed_when_it_has_been_called_before(clock):
         clock.call(name)
         calls[name] += 1
 
-    seconds = in_turn({name: lambda name=name: call(name) for name in calls}, 7)
+    seconds = interleaved({name: lambda name=name: call(name) for name in calls}, 7)
     for name, times in seconds.items():
         np.testing.assert_allclose(times, np.full(7, 1e-4), rtol=1e-6)
         # Ten timed and three before in every round, besides those that tell how many.
         assert 7 * 13 <= calls[name] <= 7 * 13 + 40
     # A call that returns seconds is taken at its word.
-    np.testing.assert_array_equal(in_turn({"measured": lambda: 2.0}, 4)["measured"], np.full(4, 2.0))
+    np.testing.assert_array_equal(interleaved({"measured": lambda: 2.0}, 4)["measured"], np.full(4, 2.0))
 
 
 def test_every_tick_of_a_motion_is_timed_in_order(clock):

@@ -127,7 +127,7 @@ def report_cells(text, header):
 
 
 def counts(text):
-    """Runs that kept and left the aspect, calm and not calm, and the same of one joint to spare."""
+    """Runs that kept and left the aspect, calm and not calm, and the same of one redundant degree of freedom."""
     found = re.findall(r"\| aspect (?:kept|left) \| (\d+) \((\d+)\) \| (\d+) \((\d+)\) \|", text)
     return [[int(number) for number in line] for line in found]
 

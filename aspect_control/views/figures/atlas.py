@@ -70,7 +70,7 @@ def stability_figure(atlas: Atlas, runs: Mapping[str, Run], title: str = "") -> 
     """Draw c of s̈ = −c ṡ² over a slice, with the direction of the self-motion, and the paths of runs over it.
 
     Args:
-        atlas: The atlas of an arm with one joint to spare.
+        atlas: The atlas of one redundant degree of freedom.
         runs: Runs of the same arm by the labels of their laws.
         title: Heading of the figure.
 
@@ -79,13 +79,13 @@ def stability_figure(atlas: Atlas, runs: Mapping[str, Run], title: str = "") -> 
         against them c has the other sign.
 
     Raises:
-        ParameterError: If not exactly one joint is to spare.
+        ParameterError: If there is not exactly one redundant degree of freedom.
     """
     from matplotlib.figure import Figure
 
     if atlas.stability is None or atlas.direction is None:
         raise ParameterError(
-            f"the stability map is for an arm with one joint to spare; the task {atlas.arm.task} leaves "
+            f"the stability map is for one redundant degree of freedom; the task {atlas.arm.task} leaves "
             f"{atlas.arm.redundancy} of {atlas.arm.nv}"
         )
     with style():

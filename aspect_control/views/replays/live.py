@@ -18,8 +18,8 @@ from ..frames import FRAME_RATE, torque_limits
 from ..style import law_name
 from .scene.page import build_page
 from .scene.readings import Reading, change_data, reading_message, run_data
+from .scene.robot_scene import RobotScene, SceneRobot
 from .scene.server import LOOPBACK, PORT, LiveServer, sleep_until
-from .scene.stage import Performer, Stage
 
 PATH_POINTS = 200
 """Points that the desired path is drawn with."""
@@ -75,7 +75,7 @@ class LiveView(LiveServer):
         desired = _desired_path(arm, trajectory, q)
         points = np.concatenate([arm.skeleton(q), desired])
         middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-        stage = Stage([Performer(arm, q, middle + 1.3 * (points - middle)) for _ in labels])
+        stage = RobotScene([SceneRobot(arm, q, middle + 1.3 * (points - middle)) for _ in labels])
         marks = torque_limits(arm, _torque_at_start(arm, trajectory, q))
         data = {
             "live": True,

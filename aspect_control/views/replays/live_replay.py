@@ -10,8 +10,8 @@ from ..frames import FRAME_RATE, frame_times, labelled_runs
 from .scene.page import build_page
 from .scene.readings import CALMEST, reading_message, run_data, torque_marks
 from .scene.replay_scene import Motion
+from .scene.robot_scene import RobotScene
 from .scene.server import LOOPBACK, PORT, LiveServer, sleep_until
-from .scene.stage import Stage
 
 PAUSE = 1.0
 """How long the last picture stands before a replay begins again, s."""
@@ -49,7 +49,7 @@ class LiveReplay(LiveServer):
         shown = labelled_runs(runs)
         self._speed, self._times = speed, frame_times(list(shown.values()), FRAME_RATE, speed)
         self._motions = [Motion(label, run, self._times) for label, run in shown.items()]
-        stage = Stage([motion.performer for motion in self._motions])
+        stage = RobotScene([motion.scene_robot for motion in self._motions])
         marks = torque_marks([motion.run for motion in self._motions])
         data = {
             "live": True,

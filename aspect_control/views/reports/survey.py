@@ -26,7 +26,8 @@ def survey_report(rows: Sequence[SurveyRow], checks: Sequence[ChainCheck] = ()) 
         "# The paper's laws on many arms",
         "",
         "Gravity on, laws and sampling time as in the scenarios. The ratio is the peak torque over that of the "
-        "pseudoinverse law; r is the number of joints to spare. Minors that are structurally zero are left out.",
+        "pseudoinverse law; r is the number of redundant degrees of freedom. "
+        "Minors that are structurally zero are left out.",
         "",
         *markdown_table(
             ("scenario", "r", "law", "status", "peak torque (N m)", "ratio", "aspect", "tracking error (mm)"),
@@ -82,7 +83,7 @@ def _verdict(rows: Sequence[SurveyRow]) -> list[str]:
     broken_inside = counts[True, False]
     return [
         "Runs by aspect and torque; calm means finished with at most twice the pseudoinverse law's peak; in brackets "
-        "the runs with one joint to spare:",
+        "the runs with one redundant degree of freedom:",
         "",
         *table,
         "",

@@ -20,7 +20,7 @@ from ...figures.panels import desired_positions
 from ...frames import FRAME_RATE, finite_part, frame_times, samples_at
 from .readings import CALMEST, Reading, change_data, run_data, torque_marks
 from .robot import joint_poses
-from .stage import Performer, Stage
+from .robot_scene import RobotScene, SceneRobot
 
 HOLD = 1.0
 """How long the last picture stands before the motion begins again, s of playback."""
@@ -67,10 +67,10 @@ class Motion:
         self.end = cut if run.status == "finished" else run.message
 
     @property
-    def performer(self) -> Performer:
+    def scene_robot(self) -> SceneRobot:
         """The robot of the run."""
         points = np.concatenate([self.points.reshape(-1, 3), self.desired])
-        return Performer(self.run.arm, self.run.q[0], points)
+        return SceneRobot(self.run.arm, self.run.q[0], points)
 
     def readings(self) -> list[Reading]:
         """Return what the page shows at each frame."""
@@ -103,7 +103,7 @@ def build_scene(runs: Mapping[str, Run], speed: float = 1.0) -> Scene:
     """
     times = frame_times(list(runs.values()), FRAME_RATE, speed)
     motions = [Motion(label, run, times) for label, run in runs.items()]
-    stage = Stage([motion.performer for motion in motions])
+    stage = RobotScene([motion.scene_robot for motion in motions])
     stage.recorder.send(SetAnimation(_animation(stage, motions, times, speed), repetitions=REPETITIONS))
     marks = torque_marks([motion.run for motion in motions])
     shown = [
@@ -119,7 +119,7 @@ def build_scene(runs: Mapping[str, Run], speed: float = 1.0) -> Scene:
     return Scene(stage.recorder.commands, data, stage.notes)
 
 
-def _animation(stage: Stage, motions: Sequence[Motion], times: Array, speed: float) -> Animation:
+def _animation(stage: RobotScene, motions: Sequence[Motion], times: Array, speed: float) -> Animation:
     """Return the animation of every joint's node; all clips last equally long, so that repetitions stay in step."""
     hold = times[-1] + HOLD * speed
     keys = [float(time) * FRAME_RATE for time in (*times, hold)]

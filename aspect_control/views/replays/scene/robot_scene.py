@@ -24,7 +24,7 @@ FROM_THE_SIDE = (0.75, -0.85, 0.5)
 """Direction from which other arms are seen."""
 
 
-class Performer(NamedTuple):
+class SceneRobot(NamedTuple):
     """One robot of the scene.
 
     Attributes:
@@ -38,7 +38,7 @@ class Performer(NamedTuple):
     points: Array
 
 
-class Stage:
+class RobotScene:
     """Robots on the ground, each drawn once, in rows.
 
     Attributes:
@@ -49,22 +49,22 @@ class Stage:
         notes: What could not be drawn as it should.
     """
 
-    def __init__(self, performers: Sequence[Performer]) -> None:
+    def __init__(self, robots: Sequence[SceneRobot]) -> None:
         """Put up the robots.
 
         Args:
-            performers: The robots, one at least.
+            robots: The robots, one at least.
         """
         self.recorder = CommandRecorder()
-        self.nodes = [f"/meshcat/run{i}" for i in range(len(performers))]
+        self.nodes = [f"/meshcat/run{i}" for i in range(len(robots))]
         self.notes: list[str] = []
-        copies, boxes = self._draw(performers)
-        moving = np.concatenate([performer.points for performer in performers])
+        copies, boxes = self._draw(robots)
+        moving = np.concatenate([scene_robot.points for scene_robot in robots])
         flat = bool(np.ptp(moving[:, 2]) <= 1e-6 * np.ptp(moving, axis=0).max())
         low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
         view = np.array(FROM_ABOVE if flat else FROM_THE_SIDE)
-        columns = math.ceil(math.sqrt(1.6 * len(performers))) if flat else len(performers)
-        self.offsets = _rows(len(performers), columns, high - low, view)
+        columns = math.ceil(math.sqrt(1.6 * len(robots))) if flat else len(robots)
+        self.offsets = _rows(len(robots), columns, high - low, view)
         for node, offset in zip(self.nodes, self.offsets, strict=True):
             self.recorder.visualizer()[node].set_transform(pin.SE3(np.eye(3), offset).homogeneous)
         self.data: dict[str, Any] = {
@@ -76,11 +76,11 @@ class Stage:
             "copies": copies,
         }
 
-    def _draw(self, performers: Sequence[Performer]) -> tuple[list[list[str]], Array]:
+    def _draw(self, robots: Sequence[SceneRobot]) -> tuple[list[list[str]], Array]:
         """Draw each robot, or say of which one it is a copy; return that and the box that each takes up."""
         root, drawn = self.recorder.visualizer(), dict[int, Robot]()
         copies, boxes = [], []
-        for i, (arm, q, points) in enumerate(performers):
+        for i, (arm, q, points) in enumerate(robots):
             original = next((j for j in drawn if drawn[j].arm.description == arm.description), i)
             if original == i:
                 drawn[i] = Robot(arm)

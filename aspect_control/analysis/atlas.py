@@ -27,8 +27,8 @@ def atlas_record(atlas: Atlas, runs: Mapping[str, Run]) -> dict[str, Any]:
         What `Atlas.to_dict` has; `paths`, by label: `sign_changes` of minors, `agreement` of the signs with those of
         the slice, 0 to 1. With one redundant degree of freedom also `maciejewski_product_max` (rad²/s³) and its time
         (s), and at that moment `own_product`, −c ṡ³ (rad²/s³), `c` (1/rad) and `self_motion_speed`, ṡ (rad/s); and for
-        the free self-motion through the start of the slice `self_motion`: `length` (rad), `closed`, `growth` from end to end,
-        or once round, and `largest_growth`.
+        the free self-motion through the start of the slice `self_motion`: `length` (rad), `closed`, `growth` from end
+        to end, or once round, and `largest_growth`.
     """
     record = {**atlas.to_dict(), "paths": {label: _path(atlas, run) for label, run in runs.items()}}
     if atlas.stability is not None:

@@ -70,11 +70,15 @@ class DrawingWarning(UserWarning):
     """Something cannot be drawn as it looks, such as a robot whose meshes are gone."""
 
 
-class ControllerLoadError(AspectControlError):
+class EntryPointError(AspectControlError):
+    """What an installed package offers by an entry point cannot be imported, or is not of its kind."""
+
+
+class ControllerLoadError(EntryPointError):
     """An installed law cannot be imported."""
 
 
-class CriterionLoadError(AspectControlError):
+class CriterionLoadError(EntryPointError):
     """An installed criterion cannot be imported."""
 
 

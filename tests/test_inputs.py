@@ -8,7 +8,20 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from aspect_control import Arm, Circle, Hold, Run, StraightLine, Waypoints, controllers, criteria, simulate
+from aspect_control import (
+    Arm,
+    Circle,
+    Hold,
+    Run,
+    StraightLine,
+    Waypoints,
+    controllers,
+    criteria,
+    plants,
+    simulate,
+    simulation,
+    trajectories,
+)
 from aspect_control.aspects import JointSlice, choose_start, compute_atlas
 from aspect_control.checks import finite_number, known_name, non_negative, positive, unicode_text, whole_number
 from aspect_control.exceptions import (
@@ -132,7 +145,10 @@ NAMES = {
     "profile": (lambda name: StraightLine([1.0, 1.0], 1.0, profile=name), UnknownNameError),
     "circle's profile": (lambda name: Circle(1.0, 1.0, profile=name), UnknownNameError),
     "plane": (lambda name: Circle(1.0, 1.0, plane=name), UnknownNameError),
-    "integrator": (lambda name: short_run(integrator=name), UnknownNameError),
+    "trajectories.create": (trajectories.create, UnknownNameError),
+    "events.create": (simulation.events.create, UnknownNameError),
+    "integrators.create": (simulation.integrators.create, UnknownNameError),
+    "plants.create": (lambda name: plants.create(name, planar()), UnknownNameError),
     "joint": (lambda name: JointSlice(planar(), START, ("joint1", name)), JointNotFoundError),
     "model_path": (model_path, ModelError),
 }
@@ -300,6 +316,9 @@ PARAMETERS = {
     "StraightLine(profile=)": lambda value: StraightLine([1.0, 1.0], 1.0, profile=value),
     "Waypoints(points)": lambda value: Waypoints(value, 1.0),
     "simulate(integrator=)": lambda value: short_run(integrator=value),
+    "simulate(plant=)": lambda value: short_run(plant=value),
+    "simulate(events=)": lambda value: short_run(events=value),
+    "simulate(events=[...])": lambda value: short_run(events=[value]),
     **{name: NUMBERS[name] for name in NUMBERS if name != "t"},
     "TorqueLimit": TorqueLimit,
     "simulate(saturation=)": lambda value: short_run(saturation=value),

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..arm import Arm
-from ..exceptions import CriterionLoadError, CriterionNotFoundError, ParameterError, shown
+from ..exceptions import CriterionLoadError, CriterionNotFoundError, ParameterError
 from ..registry import Registry, describe_parameters, parameter_names
 from .criterion import Criterion
 
 __all__ = [
-    "ENTRY_POINT_GROUP",
+    "CRITERIA",
     "available",
     "create",
     "describe_parameters",
@@ -21,18 +21,18 @@ __all__ = [
     "specification",
 ]
 
-ENTRY_POINT_GROUP = "aspect_control.criteria"
-"""A package adds a criterion by an entry point of this group: registry name = "module:Class"."""
+CRITERIA: Registry[Criterion] = Registry(
+    "aspect_control.criteria", Criterion, not_found=CriterionNotFoundError, load_error=CriterionLoadError
+)
+"""All installed criteria."""
 
-_CRITERIA: Registry[Criterion] = Registry(ENTRY_POINT_GROUP, "criterion", CriterionNotFoundError, CriterionLoadError)
-
-available = _CRITERIA.available
+available = CRITERIA.available
 """Return the names of all installed criteria, sorted; see `Registry.available`."""
 
-find = _CRITERIA.find
+find = CRITERIA.find
 """Return the class of a criterion by its name; see `Registry.find`."""
 
-create = _CRITERIA.create
+create = CRITERIA.create
 """Construct a criterion by its name, on an arm, with parameters; see `Registry.create`."""
 
 
@@ -48,18 +48,10 @@ def make(arm: Arm, criterion: str | Mapping[str, Any] | Criterion) -> Criterion:
         ParameterError: If a mapping has no name, a parameter is missing, or the criterion is one of another arm.
         AspectControlError: As `create` does.
     """
-    if isinstance(criterion, Criterion):
-        if criterion.arm is not arm and criterion.arm.description != arm.description:
-            raise ParameterError(f"the criterion {criterion.name!r} is one of {criterion.arm}, not of {arm}")
-        return criterion
-    if not isinstance(criterion, Mapping):
-        return create(criterion, arm)
-    parameters = dict(criterion)
-    if "name" not in parameters or not all(isinstance(key, str) for key in parameters):
-        raise ParameterError(
-            f"a criterion with parameters needs a 'name' among them and names alone as keys, got {shown(parameters)}"
-        )
-    return create(parameters.pop("name"), arm, **parameters)
+    made = CRITERIA.make(criterion, arm)
+    if made.arm is not arm and made.arm.description != arm.description:
+        raise ParameterError(f"the criterion {made.name!r} is one of {made.arm}, not of {arm}")
+    return made
 
 
 def specification(criterion: Criterion) -> str | dict[str, Any]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 from ..arm import Arm
+from ..exceptions import ParameterError, shown
 from ..redundancy import Array
 
 
@@ -12,11 +14,20 @@ class Plant(ABC):
     """What moves under a torque, in the joint coordinates of an arm.
 
     Attributes:
+        name: Name in the registry.
         arm: The arm whose joint coordinates q, v and τ are.
     """
 
+    name: ClassVar[str]
+
     def __init__(self, arm: Arm) -> None:
-        """Set the arm."""
+        """Set the arm.
+
+        Raises:
+            ParameterError: If it is no arm.
+        """
+        if not isinstance(arm, Arm):
+            raise ParameterError(f"a plant is made for an Arm, got {shown(arm)}")
         self.arm = arm
 
     @abstractmethod

@@ -12,8 +12,14 @@ from .base import Plant
 class RigidBodyPlant(Plant):
     """Ideal rigid-body dynamics of an arm, by the articulated body algorithm."""
 
+    name = "rigid-body"
+
     def __init__(self, arm: Arm) -> None:
-        """Set the arm, whose model is shared and whose buffers are not."""
+        """Set the arm, whose model is shared and whose buffers are not.
+
+        Raises:
+            ParameterError: If it is no arm.
+        """
         super().__init__(arm)
         self._model = arm.model
         self._data = arm.model.createData()
@@ -29,5 +35,10 @@ class RigidBodyPlant(Plant):
         return result
 
     def energy(self, q: Array, v: Array) -> float:
-        """Return the kinetic plus the potential energy, J; the potential is zero at the world's origin."""
+        """Return the kinetic plus the potential energy, J; the potential is zero at the world's origin.
+
+        Args:
+            q: Joint configuration, shape (nq,), rad.
+            v: Joint velocity, shape (nv,), rad/s.
+        """
         return float(pin.computeMechanicalEnergy(self._model, self._data, q, v))

@@ -14,16 +14,7 @@ from ..checks import file_path, unicode_text
 from ..exceptions import ScenarioError, shown
 from ..resources import scenario_paths
 from .scenario import Scenario
-from .sections import (
-    CircleSection,
-    HoldSection,
-    LimitsSection,
-    LineSection,
-    RobotSection,
-    SimulationSection,
-    StartSection,
-    WaypointsSection,
-)
+from .sections import ControllerSection, LimitsSection, RobotSection, SimulationSection, StartSection
 
 MAX_DEPTH = 32
 """How many levels of tables and lists a scenario may have; it needs six."""
@@ -34,13 +25,9 @@ _SECTIONS: dict[str, type[BaseModel]] = {
     "simulation": SimulationSection,
     "limits": LimitsSection,
 }
-_TRAJECTORIES: dict[Any, type[BaseModel]] = {
-    "line": LineSection,
-    "circle": CircleSection,
-    "hold": HoldSection,
-    "waypoints": WaypointsSection,
-}
-_ALL_SECTIONS: tuple[type[BaseModel], ...] = (Scenario, *_SECTIONS.values(), *_TRAJECTORIES.values())
+_ALL_SECTIONS: tuple[type[BaseModel], ...] = (Scenario, ControllerSection, *_SECTIONS.values())
+_WITH_FREE_NAMES = ("controllers", "events", "trajectory")
+"""Sections whose keys are the parameters of something registered."""
 
 
 def load_scenario(path: str | Path, settings: Sequence[str] = ()) -> Scenario:
@@ -70,11 +57,11 @@ def load_scenario(path: str | Path, settings: Sequence[str] = ()) -> Scenario:
     if _depth(content) > MAX_DEPTH:
         raise ScenarioError(f"{path} is nested more than {MAX_DEPTH} levels deep")
     if "folder" in content:
-        raise ScenarioError(f"{path}: unknown field 'folder'; allowed: {', '.join(_fields([], content))}")
+        raise ScenarioError(f"{path}: unknown field 'folder'; allowed: {', '.join(_fields([]))}")
     try:
         return Scenario.model_validate({**content, "folder": file.parent})
     except ValidationError as error:
-        raise ScenarioError(f"{path}: {_explain_all(error, content)}") from None
+        raise ScenarioError(f"{path}: {_explain_all(error)}") from None
 
 
 def _parse(text: str) -> dict[str, Any]:
@@ -153,29 +140,26 @@ def _laws(content: Mapping[str, Any], label: Sequence[str], setting: str) -> lis
     return found
 
 
-def _explain_all(error: ValidationError, content: Mapping[str, Any]) -> str:
+def _explain_all(error: ValidationError) -> str:
     """Put all errors into one line; those of one field, which has alternatives, are joined."""
     by_field: dict[str, list[str]] = {}
     for each in error.errors():
-        field, message = _explain(each, content)
+        field, message = _explain(each)
         by_field.setdefault(field, []).append(message)
     return "; ".join(field + " or".join(dict.fromkeys(messages)) for field, messages in by_field.items())
 
 
-def _explain(error: Mapping[str, Any], content: Mapping[str, Any]) -> tuple[str, str]:
+def _explain(error: Mapping[str, Any]) -> tuple[str, str]:
     """Return the field that an error is about, and what is wrong with it, to be written behind the field."""
     unknown = error["type"] == "extra_forbidden"
     *tables, last = error["loc"] or ("",)
     location = [*_field_location(tables), last] if unknown else _field_location(error["loc"])
     field = ".".join(str(part) for part in location) or "the file"
     if unknown:
-        allowed = _fields(location[:-1], content)
+        allowed = _fields(location[:-1])
         nearest = difflib.get_close_matches(str(location[-1]).lower(), allowed, n=1)
         hint = f", did you mean {nearest[0]!r}?" if nearest else ";"
         return f"unknown field {field!r}", f"{hint} allowed: {', '.join(allowed)}"
-    if error["type"].startswith("union_tag"):
-        given = content["trajectory"].get("kind")
-        return f"{field}.kind", f": must be 'line', 'circle', 'hold' or 'waypoints', got {shown(given)}"
     if error["type"] in ("model_type", "model_attributes_type"):
         return field, f": must be a table, got {shown(error['input'])}"
     message = error["msg"].removeprefix("Value error, ")
@@ -187,16 +171,14 @@ def _field_location(location: Sequence[Any]) -> list[Any]:
     """Leave out what pydantic adds to the path of a field to tell the alternatives of its type apart."""
     known = {name for section in _ALL_SECTIONS for name in section.model_fields}
     first, *rest = location or ("",)
-    # Names that a file makes up stand below `locked` and as parameters of a law.
-    free = first == "controllers" or rest[:1] == ["locked"]
+    # Names that a file makes up stand below `locked` and as parameters of what is registered.
+    free = first in _WITH_FREE_NAMES or rest[:1] == ["locked"]
     kept = [part for part in rest if isinstance(part, int) or part in known or free]
     return [part for part in (first, *kept) if part != ""] if location else []
 
 
-def _fields(location: Sequence[Any], content: Mapping[str, Any]) -> list[str]:
+def _fields(location: Sequence[Any]) -> list[str]:
     """Return the fields that the table at `location` may have."""
     if not location:
         return [name for name in Scenario.model_fields if name != "folder"]
-    if location[0] == "trajectory":
-        return list(_TRAJECTORIES[content["trajectory"].get("kind")].model_fields)
     return list(_SECTIONS[str(location[0])].model_fields)

@@ -16,20 +16,15 @@ from ..controllers import Controller
 from ..redundancy import Array
 from ..simulation import Moment, Run, completed, simulate
 from .sections import (
-    CircleSection,
     ControllerSection,
-    HoldSection,
+    EventSection,
     LimitsSection,
-    LineSection,
     RobotSection,
     Section,
     SimulationSection,
     StartSection,
-    WaypointsSection,
+    TrajectorySection,
 )
-
-TrajectorySection = Annotated[LineSection | CircleSection | HoldSection | WaypointsSection, Field(discriminator="kind")]
-
 
 RESERVED_LABEL = "comparison"
 """The name of the figure that shows all runs of a scenario."""
@@ -46,6 +41,7 @@ class Scenario(Section):
         controllers: The laws to run.
         simulation: Sampling and plant.
         limits: What ends a run early.
+        events: What else ends a run early, by name.
         folder: Where the file is, for paths relative to it.
     """
 
@@ -56,6 +52,7 @@ class Scenario(Section):
     controllers: Annotated[list[ControllerSection], Field(min_length=1)]
     simulation: SimulationSection = SimulationSection()
     limits: LimitsSection = LimitsSection()
+    events: Annotated[list[EventSection], Field(default_factory=list)]
     folder: Path = Path()
 
     @model_validator(mode="after")
@@ -170,7 +167,8 @@ class Scenario(Section):
                 dt=self.simulation.dt,
                 integrator=self.simulation.integrator,
                 saturation=self.simulation.saturation,
-                events=self.limits.events(arm),
+                events=self.limits.events(arm, self.events),
+                plant=self.simulation.plant,
                 progress=_share(progress, label, i, len(laws)),
                 watch=None if watch is None else watch(label),
             )

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic_core import InitErrorDetails
 
+from .. import trajectories
 from ..arm import Arm
-from ..limits import joint_limit
+from ..exceptions import AspectControlError, UnknownNameError
 from ..simulation import (
     Diverged,
     Event,
@@ -17,7 +21,11 @@ from ..simulation import (
     TrackingLost,
     WorkspaceLeft,
 )
-from ..trajectories import Circle, Hold, StraightLine, Trajectory, Waypoints
+from ..simulation.events.registry import EVENTS
+from ..trajectories import StraightLine, Trajectory
+
+SHORT_KINDS = {"line": StraightLine.name}
+"""Other names that the trajectories have in scenario files."""
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -77,67 +85,48 @@ class StartSection(Section):
         return self
 
 
-class LineSection(Section):
-    """`[trajectory]` with kind = "line"; see `StraightLine`."""
+class NamedSection(BaseModel):
+    """A table that names something registered; all its other keys are the parameters of that."""
 
-    kind: Literal["line"]
-    displacement: list[Finite]
-    duration: Positive
-    profile: str = "bang-bang"
+    model_config = ConfigDict(extra="allow", frozen=True, strict=True)
 
-    def build(self) -> Trajectory:
-        """Return the trajectory."""
-        return StraightLine(self.displacement, self.duration, self.profile)
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The parameters."""
+        return dict(self.model_extra or {})
 
 
-class CircleSection(Section):
-    """`[trajectory]` with kind = "circle"; see `Circle`."""
+class TrajectorySection(NamedSection):
+    """`[trajectory]`: what the task is to do; see `trajectories`.
 
-    kind: Literal["circle"]
-    radius: Positive
-    duration: Positive
-    plane: str = "xy"
-    turns: Finite = 1.0
-    profile: str = "quintic"
+    Attributes:
+        kind: Registry name of the trajectory; `"line"` is short for `"straight-line"`.
+    """
 
-    def build(self) -> Trajectory:
-        """Return the trajectory."""
-        return Circle(self.radius, self.duration, self.plane, self.turns, self.profile)
+    kind: str
 
-
-class HoldSection(Section):
-    """`[trajectory]` with kind = "hold"; see `Hold`."""
-
-    kind: Literal["hold"]
-    duration: Positive
+    @model_validator(mode="after")
+    def _can_be_built(self) -> TrajectorySection:
+        with _named_fields("kind", self.kind, self.parameters):
+            self.build()
+        return self
 
     def build(self) -> Trajectory:
-        """Return the trajectory."""
-        return Hold(self.duration)
+        """Return the trajectory.
+
+        Raises:
+            AspectControlError: As `trajectories.create` does.
+        """
+        return trajectories.create(SHORT_KINDS.get(self.kind, self.kind), **self.parameters)
 
 
-class WaypointsSection(Section):
-    """`[trajectory]` with kind = "waypoints"; see `Waypoints`."""
-
-    kind: Literal["waypoints"]
-    points: list[list[Finite]]
-    duration: Positive | None = None
-    times: list[Positive] | None = None
-
-    def build(self) -> Trajectory:
-        """Return the trajectory."""
-        return Waypoints(self.points, duration=self.duration, times=self.times)
-
-
-class ControllerSection(BaseModel):
-    """`[[controllers]]`: one law; all other keys are its parameters.
+class ControllerSection(NamedSection):
+    """`[[controllers]]`: one law.
 
     Attributes:
         name: Registry name.
         label: What its run is called, also in file names; the registry name unless given.
     """
-
-    model_config = ConfigDict(extra="allow", frozen=True, strict=True)
 
     name: str
     label: Annotated[str, Field(pattern=r"^[A-Za-z0-9][\w.-]*$")] = ""
@@ -147,10 +136,21 @@ class ControllerSection(BaseModel):
         """What its run is called."""
         return self.label or self.name
 
-    @property
-    def parameters(self) -> dict[str, Any]:
-        """The law's parameters."""
-        return dict(self.model_extra or {})
+
+class EventSection(NamedSection):
+    """`[[events]]`: one event that ends a run early, besides those of `[limits]`; see `simulation.events`.
+
+    Attributes:
+        name: Registry name.
+    """
+
+    name: str
+
+    @model_validator(mode="after")
+    def _is_registered(self) -> EventSection:
+        with _named_fields("name", self.name, self.parameters):
+            EVENTS.require_parameters(self.name, self.parameters)
+        return self
 
 
 class SimulationSection(Section):
@@ -158,12 +158,14 @@ class SimulationSection(Section):
 
     Attributes:
         dt: Sampling time, s.
-        integrator: Name of the integrator.
+        integrator: Name of the integrator, or a table of its name and parameters.
+        plant: Name of the plant, or a table of its name and parameters.
         saturation: Largest |τ|, N m: a number, one a joint, or "urdf" for the robot's own; left out for none.
     """
 
     dt: Positive = 1e-3
-    integrator: str = "rk4"
+    integrator: str | dict[str, Any] = "rk4"
+    plant: str | dict[str, Any] = "rigid-body"
     saturation: Literal["urdf"] | Positive | list[Positive] | None = None
 
 
@@ -184,13 +186,43 @@ class LimitsSection(Section):
     torque: Literal["urdf"] | Positive | list[Positive] | None = None
     joints: bool = False
 
-    def events(self, arm: Arm) -> list[Event]:
-        """Return the events that end a run."""
+    def events(self, arm: Arm, named: Sequence[EventSection] = ()) -> list[Event]:
+        """Return the events that end a run.
+
+        Args:
+            arm: The arm.
+            named: What `[[events]]` names; such an event stands in the place of one of the same name here.
+
+        Raises:
+            AspectControlError: As `simulation.events.create` does.
+        """
         events: list[Event] = [Diverged(self.speed), WorkspaceLeft(), TrackingLost(self.tracking)]
         if self.manipulability is not None:
             events.append(Singular(self.manipulability))
         if self.torque is not None:
-            events.append(TorqueLimit(joint_limit("limit", self.torque, arm.nv, arm.torque_limit)))
+            events.append(TorqueLimit(self.torque))
         if self.joints:
             events.append(JointLimit())
-        return events
+        taken = {each.name for each in named}
+        added = [EVENTS.create(each.name, arm, **each.parameters) for each in named]
+        return [each for each in events if each.name not in taken] + added
+
+
+@contextmanager
+def _named_fields(key: str, name: str, parameters: Mapping[str, Any]) -> Iterator[None]:
+    """Turn an error of ours into one of a field: `key` if there is no such name, else the parameter it begins with."""
+    try:
+        yield
+    except AspectControlError as error:
+        field: str | None = str(error).split(" ")[0]
+        if isinstance(error, UnknownNameError) and error.name == name:
+            field = key
+        elif field not in parameters:
+            field = None
+        detail = InitErrorDetails(
+            type="value_error",
+            loc=(field,) if field else (),
+            input=parameters,
+            ctx={"error": ValueError(str(error))},
+        )
+        raise ValidationError.from_exception_data("", [detail]) from None

@@ -1,5 +1,6 @@
 """The closed loop: integrators, events, the loop itself and its recording."""
 
+from . import events, integrators
 from .events import (
     DEFAULT_EVENTS,
     Diverged,
@@ -11,14 +12,13 @@ from .events import (
     TrackingLost,
     WorkspaceLeft,
 )
-from .integrators import INTEGRATORS, Integrator, RungeKutta4, SemiImplicitEuler
+from .integrators import Integrator, RungeKutta4, SemiImplicitEuler
 from .loop import completed, simulate
 from .run import Run
 from .run_file import RunInfo
 
 __all__ = [
     "DEFAULT_EVENTS",
-    "INTEGRATORS",
     "Diverged",
     "Event",
     "Integrator",
@@ -33,5 +33,7 @@ __all__ = [
     "TrackingLost",
     "WorkspaceLeft",
     "completed",
+    "events",
+    "integrators",
     "simulate",
 ]

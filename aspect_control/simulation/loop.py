@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -16,9 +16,12 @@ from ..controllers import Controller
 from ..exceptions import NonFiniteError, ParameterError, ShapeError, shown
 from ..limits import joint_limit
 from ..plants import Plant, RigidBodyPlant
+from ..plants.registry import PLANTS
 from ..trajectories import Trajectory
 from .events import DEFAULT_EVENTS, Event, Moment
-from .integrators import Integrator, find_integrator
+from .events.registry import EVENTS
+from .integrators import Integrator
+from .integrators.registry import INTEGRATORS
 from .recorder import Recorder, read_only
 from .run import Run
 from .run_file import MAX_SAMPLES, RunInfo, versions
@@ -31,10 +34,10 @@ def simulate(
     q0: ArrayLike,
     v0: ArrayLike | None = None,
     dt: float = 1e-3,
-    plant: Plant | None = None,
-    integrator: str | Integrator = "rk4",
+    plant: Plant | str | Mapping[str, Any] | None = None,
+    integrator: Integrator | str | Mapping[str, Any] = "rk4",
     saturation: ArrayLike | str | None = None,
-    events: Sequence[Event] = DEFAULT_EVENTS,
+    events: Sequence[Event | str | Mapping[str, Any]] = DEFAULT_EVENTS,
     progress: Callable[[float], None] | None = None,
     watch: Callable[[Moment], None] | None = None,
 ) -> Run:
@@ -57,11 +60,13 @@ def simulate(
         q0: Joint configuration at the start, shape (nq,), rad.
         v0: Joint velocity at the start, shape (nv,), rad/s; None for rest.
         dt: Sampling time, s.
-        plant: What moves under the torque, a plant of the law's arm; None for `RigidBodyPlant`, ideal rigid bodies.
-        integrator: A name of `simulation.INTEGRATORS`, or an integrator.
+        plant: What moves under the torque: a plant of the law's arm, or its name, alone or with parameters as
+            `{"name": ..., ...}`; None for `RigidBodyPlant`, ideal rigid bodies.
+        integrator: An integrator, or its name, alone or with parameters; see `simulation.integrators.available`.
         saturation: Largest |τ| that the motors give, N m: a number, one a joint, or `"urdf"` for the robot's own; the
             torque is cut off there and recorded as it was applied. None for motors without limits.
-        events: What ends the run early.
+        events: What ends the run early: events, or their names, alone or with parameters; see
+            `simulation.events.available`.
         progress: Called with the part of the motion that is done, 0 to 1, about a hundred times.
         watch: Called with every sample as it is recorded, such as `views.LiveView.watch`; its arrays are read-only.
 
@@ -73,9 +78,9 @@ def simulate(
         ShapeError: If q0 or v0 has the wrong shape, or the trajectory another number of task coordinates than the arm.
         NonFiniteError: If q0 or v0 is not finite.
         ParameterError: If the torque at the start is not finite, dt is not above zero, longer than the motion, or so
-            short that the recording would not fit; or the law, the trajectory, the plant, an event or a callback is
-            none, or the plant is one of another arm.
-        UnknownNameError: If there is no such integrator.
+            short that the recording would not fit; or the law, the trajectory or a callback is none, or the plant is
+            one of another arm.
+        UnknownNameError: If there is no such plant, integrator or event.
         KeyboardInterrupt: If the user's Ctrl-C comes before anything is recorded.
     """
     _require_kind("controller", controller, Controller)
@@ -93,9 +98,8 @@ def simulate(
             f"the trajectory has {trajectory.task_dim} task coordinates, "
             f"the arm's task {arm.task} has {arm.task_dim}: give one number for each"
         )
-    _require_events(events, arm)
-    plant = _plant_of(arm, plant)
-    method, start, task = find_integrator(integrator), arm.task_position(q), arm.coordinates
+    ends, body, method = _events_of(arm, events), _plant_of(arm, plant), INTEGRATORS.make(integrator, arm)
+    start, task = arm.task_position(q), arm.coordinates
     recorder = Recorder(arm, np.arange(samples, dtype=np.float64) * dt)
     report_every = max(1, samples // 100)
     end = _End("finished", float(recorder.t[-1]))
@@ -114,11 +118,11 @@ def simulate(
             moment = Moment(arm, t, q, v, read_only(tau), target)
             if watch is not None:
                 _call("watch", watch, moment)
-            ended = _event_at(moment, events)
+            ended = _event_at(moment, ends)
             if ended is not None:
                 end = ended
                 break
-            q, v = method.step(plant, q, v, applied, dt)
+            q, v = method.step(body, q, v, applied, dt)
             if progress is not None and (i + 1) % report_every == 0:
                 _call("progress", progress, (i + 1) / samples)
         if progress is not None:
@@ -195,20 +199,20 @@ def _require_kind(name: str, value: object, kind: type) -> None:
         raise ParameterError(f"{name} must be a {kind.__name__}, got {shown(value)}")
 
 
-def _plant_of(arm: Arm, plant: Plant | None) -> Plant:
-    if plant is None:
-        return RigidBodyPlant(arm)
-    _require_kind("plant", plant, Plant)
+def _plant_of(arm: Arm, given: Plant | str | Mapping[str, Any] | None) -> Plant:
+    plant = RigidBodyPlant(arm) if given is None else PLANTS.make(given, arm)
     if plant.arm is not arm and plant.arm.description != arm.description:
         raise ParameterError(f"the plant must be one of the law's arm {arm!r}, got one of {plant.arm!r}")
     return plant
 
 
-def _require_events(events: Sequence[Event], arm: Arm) -> None:
-    if not isinstance(events, Sequence) or not all(isinstance(event, Event) for event in events):
-        raise ParameterError(f"events must be a sequence of events, such as (Diverged(),), got {events!r}")
+def _events_of(arm: Arm, given: Sequence[Event | str | Mapping[str, Any]]) -> list[Event]:
+    if isinstance(given, str) or not isinstance(given, Sequence):
+        raise ParameterError(f"events must be a sequence of events or their names, got {shown(given)}")
+    events = [EVENTS.make(each, arm) for each in given]
     for event in events:
         event.require_fits(arm)
+    return events
 
 
 def _event_at(moment: Moment, events: Sequence[Event]) -> _End | None:

@@ -25,6 +25,8 @@ class Circle(PathTrajectory):
     radius further along it. The motion sets off along the second coordinate, for negative turns against it.
     """
 
+    name = "circle"
+
     def __init__(
         self, radius: float, duration: float, plane: str = "xy", turns: float = 1.0, profile: str = "quintic"
     ) -> None:

@@ -14,6 +14,8 @@ from .profiles import Progress
 class Hold(PathTrajectory):
     """The task stands still where it starts."""
 
+    name = "hold"
+
     def __init__(self, duration: float) -> None:
         """Set the time.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeAlias
 
 from ..checks import known_name
@@ -44,16 +45,20 @@ class Profile:
         return self.pieces[bisect_right(self.breakpoints, u + SAME_INSTANT)](u)
 
 
-def _speeding_up(acceleration: float) -> Callable[[float], Progress]:
-    return lambda u: (acceleration / 2.0 * u**2, acceleration * u, acceleration)
+def _speeding_up(acceleration: float, u: float) -> Progress:
+    return acceleration / 2.0 * u**2, acceleration * u, acceleration
 
 
-def _braking(deceleration: float) -> Callable[[float], Progress]:
-    return lambda u: (1.0 - deceleration / 2.0 * (1.0 - u) ** 2, deceleration * (1.0 - u), -deceleration)
+def _braking(deceleration: float, u: float) -> Progress:
+    return 1.0 - deceleration / 2.0 * (1.0 - u) ** 2, deceleration * (1.0 - u), -deceleration
 
 
-def _cruising(speed: float) -> Callable[[float], Progress]:
-    return lambda u: (0.5 + speed * (u - 0.5), speed, 0.0)
+def _cruising(speed: float, u: float) -> Progress:
+    return 0.5 + speed * (u - 0.5), speed, 0.0
+
+
+def _at_constant_speed(u: float) -> Progress:
+    return u, 1.0, 0.0
 
 
 def _cubic(u: float) -> Progress:
@@ -66,14 +71,16 @@ def _quintic(u: float) -> Progress:
 
 
 PROFILES: dict[str, Profile] = {
-    "bang-bang": Profile((_speeding_up(4.0), _braking(4.0)), breakpoints=(0.5,)),
-    "trapezoidal": Profile((_speeding_up(4.5), _cruising(1.5), _braking(4.5)), breakpoints=(1.0 / 3.0, 2.0 / 3.0)),
+    "bang-bang": Profile((partial(_speeding_up, 4.0), partial(_braking, 4.0)), breakpoints=(0.5,)),
+    "trapezoidal": Profile(
+        (partial(_speeding_up, 4.5), partial(_cruising, 1.5), partial(_braking, 4.5)), (1.0 / 3.0, 2.0 / 3.0)
+    ),
     "cubic": Profile((_cubic,)),
     "quintic": Profile((_quintic,)),
 }
 """The profiles from rest to rest, by name."""
 
-UNIFORM = Profile((lambda u: (u, 1.0, 0.0),))
+UNIFORM = Profile((_at_constant_speed,))
 """Constant speed: for a path that is a function of time by itself."""
 
 

@@ -19,6 +19,8 @@ class StraightLine(PathTrajectory):
     the paper's trajectory A is `StraightLine([1.5, 1.0], duration=2.0)`, with ±[1.5, 1.0] m/s².
     """
 
+    name = "straight-line"
+
     def __init__(self, displacement: ArrayLike, duration: float, profile: str = "bang-bang") -> None:
         """Set the line.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 from ..arm.tasks import Task, TaskValue
 from .target import Target
@@ -12,9 +13,11 @@ class Trajectory(ABC):
     """A motion of the task coordinates that starts where the arm is.
 
     Attributes:
+        name: Name in the registry.
         duration: Length of the motion, s.
     """
 
+    name: ClassVar[str]
     duration: float
 
     @property

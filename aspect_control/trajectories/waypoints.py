@@ -26,6 +26,8 @@ class Waypoints(PathTrajectory):
     others are: a rotation vector may be longer than π, and one that turns about a single axis keeps to it.
     """
 
+    name = "waypoints"
+
     def __init__(self, points: ArrayLike, duration: float | None = None, times: ArrayLike | None = None) -> None:
         """Set the curve; either `duration` or `times`.
 

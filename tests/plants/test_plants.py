@@ -3,8 +3,8 @@ import pickle
 import numpy as np
 import pytest
 
-from aspect_control import Arm, StraightLine, controllers, simulate
-from aspect_control.exceptions import ParameterError
+from aspect_control import Arm, StraightLine, controllers, plants, simulate
+from aspect_control.exceptions import ParameterError, UnknownNameError
 from aspect_control.plants import Plant, RigidBodyPlant
 from aspect_control.resources import model_path
 
@@ -64,5 +64,21 @@ def test_a_plant_of_another_arm_is_refused(seven):
 
 @pytest.mark.parametrize("nothing", ["rigid", RigidBodyPlant, 1.0])
 def test_what_is_no_plant_is_refused(nothing):
-    with pytest.raises(ParameterError, match="plant must be a Plant, got"):
+    with pytest.raises(UnknownNameError, match=r"unknown plant .*available: 'rigid-body'"):
         run_on(nothing, planar())
+
+
+def test_a_plant_is_found_by_its_name():
+    arm = planar()
+    assert plants.available() == ("rigid-body",)
+    assert plants.create("rigid-body", arm).arm is arm
+    for given in ("rigid-body", {"name": "rigid-body"}):
+        np.testing.assert_array_equal(run_on(given, arm).q, run_on(None, arm).q)
+
+
+@pytest.mark.parametrize("nothing", [None, "planar3r", 3.0])
+def test_a_plant_is_made_for_an_arm(nothing):
+    with pytest.raises(ParameterError, match="'rigid-body' is made for an Arm, got"):
+        plants.create("rigid-body", nothing)
+    with pytest.raises(ParameterError, match="a plant is made for an Arm, got"):
+        RigidBodyPlant(nothing)

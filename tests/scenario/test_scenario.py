@@ -178,9 +178,15 @@ def test_setting_of_one_law_by_label(tmp_path):
         ("simulation.dt=fast", "simulation.dt: Input should be a valid number"),
         ("simulation.dt=0", "simulation.dt: Input should be greater than 0, got 0"),
         ("limits.joints=perhaps", "limits.joints: Input should be a valid boolean"),
-        ("trajectory.displacement=[0.1, 0.2", "trajectory.displacement: Input should be a valid list"),
-        ("trajectory.kind=arc", "must be 'line', 'circle', 'hold' or 'waypoints', got 'arc'"),
-        ("trajectory.kind=hold", "unknown field 'trajectory.displacement'"),
+        (
+            "trajectory.displacement=[0.1, 0.2",
+            "trajectory.displacement: displacement must be a vector of numbers, got",
+        ),
+        (
+            "trajectory.kind=arc",
+            "trajectory.kind: unknown trajectory 'arc': available: 'circle', 'hold', 'str",
+        ),
+        ("trajectory.kind=hold", "trajectory: unknown parameter 'displacement' in 'hold': available: 'duration'"),
         ("controller=3", "unknown field 'controller', did you mean 'controllers'?"),
     ],
 )
@@ -413,23 +419,28 @@ def assert_well_put(message):
         ("frame =", "fame =", ["robot.frame: Field required", "unknown field 'robot.fame', did you mean 'frame'?"]),
         ("task =", "gravty = [0, 0, 0]\ntask =", ["'robot.gravty', did you mean 'gravity'?", "allowed: example, urdf"]),
         ("positions =", "postions =", ["'start.postions', did you mean 'positions'?", "degrees, velocities"]),
-        ("profile =", "profle =", ["'trajectory.profle', did you mean 'profile'?", "allowed: kind, displacement"]),
+        (
+            "profile =",
+            "profle =",
+            ["unknown parameter 'profle'", "did you mean 'profile'?", "'displacement', "],
+        ),
         ("[start]", "[simulation]\nintegrater = 1\n[start]", ["did you mean 'integrator'?", "allowed: dt, integ"]),
         ("[start]", "[limits]\ntorqe = 1\n[start]", ["'limits.torqe', did you mean 'torque'?", "speed, tracking"]),
         ('task = "xyz"\n', "", ["robot.task: Field required"]),
-        ("duration = 1.0\n", "", ["trajectory.duration: Field required"]),
+        ("duration = 1.0\n", "", ["trajectory: 'straight-line' needs 'duration'; its parameters: displacement, dur"]),
         ('name = "jmdc"', 'label = "jmdc"', ["controllers.3.name: Field required"]),
-        ("duration = 1.0", "duration = -1.0", ["trajectory.duration", "greater than 0", "got -1.0"]),
-        ("duration = 1.0", "duration = 0", ["trajectory.duration", "greater than 0", "got 0"]),
+        ("duration = 1.0", "duration = -1.0", ["trajectory.duration: ", "above 0 s", "got -1.0"]),
+        ("duration = 1.0", "duration = 0", ["trajectory.duration: ", "above 0 s", "got 0"]),
         ("duration = 1.0", "duration = nan", ["trajectory.duration", "finite", "got nan"]),
         ("duration = 1.0", "duration = inf", ["trajectory.duration", "finite", "got inf"]),
-        ("duration = 1.0", 'duration = "soon"', ["trajectory.duration", "valid number", "got 'soon'"]),
-        ("[0.15, 0.3, 0.2]", "0.3", ["trajectory.displacement", "valid list", "got 0.3"]),
-        ("[0.15, 0.3, 0.2]", "[0.15, nan, 0.2]", ["trajectory.displacement.1", "finite", "got nan"]),
+        ("duration = 1.0", 'duration = "soon"', ["trajectory.duration: ", "finite number", "got 'soon'"]),
+        ("[0.15, 0.3, 0.2]", "0.3", ["trajectory.displacement: ", "must have shape (any,), got ()"]),
+        ("[0.15, 0.3, 0.2]", "[0.15, nan, 0.2]", ["trajectory.displacement: ", "finite", "got [0.15, nan, 0.2]"]),
         (ARM_START, f"{ARM_START[:-1]}, inf]", ["start.positions.7", "finite", "got inf"]),
-        ('kind = "line"', 'kind = "lin"', ["trajectory.kind", "'line', 'circle', 'hold' or 'waypoints', got 'lin'"]),
-        ('kind = "line"\n', "", ["trajectory.kind", "'line', 'circle', 'hold' or 'waypoints'"]),
-        ('kind = "line"', 'kind = "circle"', ["trajectory.radius: Field required", "'trajectory.displacement'"]),
+        ('"quintic"', '"quintc"', ["trajectory: unknown profile 'quintc'", "did you mean 'quintic'", "'bang-bang'"]),
+        ('kind = "line"', 'kind = "lin"', ["trajectory.kind: unknown trajectory 'lin'", "'straight-line'"]),
+        ('kind = "line"\n', "", ["trajectory.kind: Field required"]),
+        ('kind = "line"', 'kind = "circle"', ["trajectory: unknown parameter 'displacement' in 'circle'", "'radius'"]),
         ("[trajectory]", "[[trajectory]]", ["trajectory: "]),
         ("example =", 'urdf = "x.urdf"\nexample =', ["robot: give either 'example' or 'urdf'"]),
         ('example = "panda"\n', "", ["robot: give either 'example' or 'urdf'"]),
@@ -521,7 +532,6 @@ def test_missing_file_and_folder_are_answered_with_the_scenarios_that_ship(tmp_p
         (ARM_START, "[17, -28, 11, -114, 17, 103, 28]", ["'panda_joint1' at 17", "is it in degrees?", "0.296706"]),
         (ARM_START, "[3, -0.5, 0.2, -2, 0.3, 1.8, 0.5]", ["'panda_joint1' at 3 is outside its limits [-2.8973"]),
         ("[trajectory]", "velocities = [1, 2]\n[trajectory]", ["must have shape (7,), got (2,)"]),
-        ('"quintic"', '"quintc"', ["unknown profile 'quintc'", "did you mean 'quintic'", "'bang-bang'"]),
         ("[0.15, 0.3, 0.2]", "[0.15, 0.3]", ["the trajectory has 2 task coordinates", "has 3"]),
         ('"jmdc"', '"jdmc"', ["unknown controller 'jdmc'", "did you mean 'jmdc'", "'pseudoinverse'"]),
         ('"jmdc"', '"jmdc"\nkapa = 1', ["unknown parameter 'kapa' in 'jmdc'", "did you mean 'kappa'"]),
@@ -630,3 +640,88 @@ def test_folder_is_no_field_of_a_file(tmp_path):
 def test_a_boolean_is_no_duration(tmp_path):
     with pytest.raises(ScenarioError, match=r"trajectory\.duration"):
         load_scenario(edited(tmp_path, "duration = 1.0", "duration = true"))
+
+
+# What is registered, by name
+
+
+@pytest.mark.parametrize(
+    ("kind", "same"),
+    [
+        ('kind = "straight-line"\ndisplacement = [0.2, 0.1]\nduration = 0.5', "StraightLine([0.2, 0.1], duration=0.5"),
+        ('kind = "line"\ndisplacement = [0.2, 0.1]\nduration = 0.5', "StraightLine([0.2, 0.1], duration=0.5"),
+        ('kind = "hold"\nduration = 0.5', "Hold(duration=0.5)"),
+        ('kind = "circle"\nduration = 0.5\nradius = 1', "Circle(1.0, duration=0.5, plane='xy'"),
+        ('kind = "waypoints"\nduration = 0.5\npoints = [[0.1, 0.1]]', "Waypoints([[0.1, 0.1]], duration=0.5)"),
+    ],
+)
+def test_a_trajectory_is_found_by_its_name(tmp_path, kind, same):
+    assert repr(planar(tmp_path, trajectory=kind).trajectory.build()).startswith(same)
+
+
+def test_a_plant_and_an_integrator_are_found_by_name_alone_or_in_a_table(tmp_path):
+    dt = "simulation.dt=5e-3"
+    tables = [dt, "simulation.plant={name='rigid-body'}", "simulation.integrator={name='rk4'}"]
+    names = [dt, "simulation.plant=rigid-body", "simulation.integrator=rk4"]
+    plain, named, tabled = (planar(tmp_path, settings=each).run()["pseudoinverse"] for each in ([dt], names, tables))
+    assert len({run.tau.tobytes() for run in (plain, named, tabled)}) == 1
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("simulation.plant=rigid", "unknown plant 'rigid': did you mean 'rigid-body'"),
+        ("simulation.plant={name='rigid-body', mass=3}", "unknown parameter 'mass' in 'rigid-body'"),
+        ("simulation.plant={}", "a plant with parameters needs a 'name'"),
+        ("simulation.integrator={name='rk4', order=3}", "unknown parameter 'order' in 'rk4'"),
+    ],
+)
+def test_a_plant_or_an_integrator_that_is_none_is_refused(tmp_path, setting, words):
+    with pytest.raises(AspectControlError, match=words):
+        planar(tmp_path, settings=[setting]).run()
+
+
+@pytest.mark.parametrize(
+    ("event", "status", "words"),
+    [
+        ("{name='torque-limit', limit=5}", "torque limit", "limit 5 N m"),
+        ("{name='torque-limit', limit='urdf'}", "torque limit", "limit 4 N m"),
+        ("{name='singular', manipulability=1e3}", "singular", "limit 1000"),
+        ("{name='tracking-lost', distance=1e-6}", "tracking lost", "limit 1e-06 m"),
+        ("{name='joint-limit'}", "joint limit", "is outside its limits [-2.46, 2.46]"),
+    ],
+)
+def test_an_event_by_name_ends_a_run(tmp_path, event, status, words):
+    planar_urdf(tmp_path / "arm.urdf", 'lower="-2.46" upper="2.46" effort="4" velocity="9"')
+    settings = ["simulation.dt=5e-3", "trajectory.displacement=[-0.1, 0]", f"events=[{event}]"]
+    run = planar(tmp_path, robot='urdf = "arm.urdf"', settings=settings).run()["pseudoinverse"]
+    assert run.status == status
+    assert words in run.message
+
+
+def test_an_event_by_name_stands_in_the_place_of_the_one_of_limits(tmp_path):
+    settings = ["limits.tracking=1e-6", "events=[{name='tracking-lost', distance=0.5}]"]
+    early, late = (planar(tmp_path, settings=each).run()["pseudoinverse"] for each in (settings[:1], settings))
+    assert (early.status, late.status) == ("tracking lost", "finished")
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("events=[{name='singlar'}]", "events.0.name: unknown event 'singlar': did you mean 'singular'?"),
+        ("events=[{name='singular', w=1}]", "events.0: unknown parameter 'w' in 'singular': available: 'manipula"),
+        ("events=[{name='singular'}]", "events.0: 'singular' needs 'manipulability'"),
+        ("events=[{manipulability=1}]", "events.0.name: Field required"),
+        ("events=['singular']", "events.0: must be a table, got 'singular'"),
+        ("events=3", "events: Input should be a valid list, got 3"),
+        ("trajectory.kind=3", "trajectory.kind: Input should be a valid string, got 3"),
+        ("trajectory=3", "trajectory: must be a table, got 3"),
+        ("trajectory.arm=3", "trajectory: unknown parameter 'arm' in 'straight-line'"),
+        ("simulation.plant=3", "simulation.plant: Input should be a valid string, got 3 or"),
+    ],
+)
+def test_what_is_not_registered_or_takes_no_such_parameter_is_told_with_the_field(tmp_path, setting, words):
+    with pytest.raises(ScenarioError) as caught:
+        planar(tmp_path, settings=[setting])
+    assert words in str(caught.value)
+    assert_well_put(str(caught.value))

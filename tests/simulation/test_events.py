@@ -12,20 +12,21 @@ import pytest
 
 from aspect_control import Arm, Run, StraightLine, controllers, simulate
 from aspect_control.analysis import summarize
-from aspect_control.exceptions import ParameterError, ShapeError
+from aspect_control.exceptions import ParameterError, ShapeError, UnknownNameError
 from aspect_control.plants import RigidBodyPlant
 from aspect_control.resources import model_path
 from aspect_control.simulation import (
     DEFAULT_EVENTS,
-    INTEGRATORS,
     Diverged,
     Event,
     JointLimit,
+    RungeKutta4,
     Singular,
     TorqueLimit,
     TrackingLost,
     WorkspaceLeft,
     completed,
+    integrators,
 )
 from aspect_control.views import comparison_figure, run_figure, save_figure
 
@@ -265,6 +266,46 @@ def test_the_default_events_are_divergence_the_workspace_and_tracking():
     assert (DEFAULT_EVENTS[0].speed, DEFAULT_EVENTS[2].distance) == (1e3, 0.5)
 
 
+# Events by name
+
+
+@pytest.mark.parametrize(
+    ("given", "event"),
+    [
+        ({"name": "torque-limit", "limit": 5.0}, TorqueLimit(5.0)),
+        ({"name": "torque-limit", "limit": "urdf"}, TorqueLimit(ARM.torque_limit)),
+        ({"name": "diverged", "speed": 0.5}, Diverged(0.5)),
+        ({"name": "tracking-lost", "distance": 1e-9}, TrackingLost(1e-9)),
+        ({"name": "singular", "manipulability": 1e3}, Singular(1e3)),
+        ("workspace-left", WorkspaceLeft()),
+        ("joint-limit", JointLimit()),
+    ],
+)
+def test_an_event_named_ends_a_run_as_the_event_itself_does(given, event):
+    one, other = (simulate(law("jmdc"), OUTWARD, q0=Q0, dt=1e-2, events=each) for each in ([given], [event]))
+    assert one == other
+
+
+@pytest.mark.parametrize(
+    ("events", "error", "words"),
+    [
+        ("diverged", ParameterError, "events must be a sequence of events or their names, got 'diverged'"),
+        (Diverged(), ParameterError, "events must be a sequence of events or their names, got <"),
+        (["divergd"], UnknownNameError, "unknown event 'divergd': did you mean 'diverged'"),
+        ([3.0], UnknownNameError, "unknown event 3.0: available: 'diverged', .*; or an Event itself"),
+        ([Diverged], UnknownNameError, "or an Event itself"),
+        ([{"speed": 1.0}], ParameterError, "an event with parameters needs a 'name' among them"),
+        ([{"name": "diverged", "sped": 1.0}], UnknownNameError, "unknown parameter 'sped' in 'diverged': .*'speed'"),
+        (["singular"], ParameterError, "'singular' needs 'manipulability'; its parameters: manipulability"),
+        ([{"name": "torque-limit", "limit": [1.0, 2.0]}], ShapeError, "limit must be a number or a vector of 3"),
+        ([{"name": "torque-limit", "limit": "file"}], ParameterError, "limit must be a number, one a joint, 'urdf'"),
+    ],
+)
+def test_what_is_no_event_is_refused_before_the_run(events, error, words):
+    with pytest.raises(error, match=words):
+        simulate(law("jmdc"), OUTWARD, q0=Q0, dt=1e-2, events=events)
+
+
 def test_an_event_of_one_s_own_sees_every_sample_as_it_is_recorded():
     class Watch(Event):
         status = "singular"
@@ -446,12 +487,12 @@ def test_a_torque_limit_that_is_no_number_is_refused_with_an_error_of_ours(value
 # Saturation
 
 
-@pytest.mark.parametrize("integrator", list(INTEGRATORS))
+@pytest.mark.parametrize("integrator", integrators.available())
 @pytest.mark.parametrize("saturation", [5.0, [5.0], [13.0, 5.0, 4.0], [np.inf, 5.0, np.inf]])
 def test_the_recorded_torque_is_the_law_s_cut_off_and_is_what_the_plant_got(saturation, integrator):
     controller = law("pseudoinverse")
     run = simulate(controller, A, q0=Q0, dt=2e-3, saturation=saturation, events=(), integrator=integrator)
-    limit, plant, method = np.broadcast_to(saturation, 3), RigidBodyPlant(ARM), INTEGRATORS[integrator]()
+    limit, plant, method = np.broadcast_to(saturation, 3), RigidBodyPlant(ARM), integrators.create(integrator)
     asked = np.array(
         [controller.torque(q, v, A.target(t, run.x_desired[0])) for t, q, v in zip(run.t, run.q, run.v, strict=True)]
     )
@@ -664,7 +705,7 @@ def test_the_task_value_of_a_moment_depends_on_nothing_but_its_configuration():
 
 
 def test_an_integrator_and_a_law_that_use_their_arrays_again_change_no_recorded_sample(whole):
-    class Reusing(INTEGRATORS["rk4"]):
+    class Reusing(RungeKutta4):
         def __init__(self):
             self.q, self.v = np.empty(3), np.empty(3)
 

@@ -24,7 +24,7 @@ from ...exceptions import (
 )
 from ...redundancy import Array
 from ...scenario import Scenario
-from ...scenario.sections import ControllerSection, LineSection
+from ...scenario.sections import ControllerSection
 from ...simulation import Diverged, Event, Run, TrackingLost, WorkspaceLeft, completed, simulate
 from ...trajectories import StraightLine
 
@@ -105,7 +105,7 @@ class Experiment:
             AspectControlError: If the scenario does not fit the robot.
         """
         seed = whole_number("seed", seed, 0)
-        if not isinstance(scenario.trajectory, LineSection):
+        if not isinstance(scenario.trajectory.build(), StraightLine):
             raise ScenarioError(
                 f"{name}: the trajectory is of kind {scenario.trajectory.kind!r}; straight lines are drawn after the "
                 "scenario's own, so it must be of kind 'line'"

@@ -1,0 +1,21 @@
+"""A joint outside its range."""
+
+from __future__ import annotations
+
+from ...exceptions import ParameterError
+from .event import Event, Moment
+
+
+class JointLimit(Event):
+    """A joint has left its range in the robot's description."""
+
+    name = "joint-limit"
+    status = "joint limit"
+
+    def check(self, moment: Moment) -> str | None:
+        """Return why the run ends, or None."""
+        try:
+            moment.arm.require_within_limits(moment.q)
+        except ParameterError as error:
+            return str(error)
+        return None

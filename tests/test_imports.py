@@ -33,7 +33,8 @@ MAY_IMPORT = {
     "scenario": {"arm", "controllers", "redundancy", "simulation", "trajectories"},
     "studies": {"analysis", "arm", "controllers", "redundancy", "scenario", "simulation", "trajectories"},
     "views": {"analysis", "arm", "aspects", "redundancy", "simulation", "studies", "trajectories"},
-    "cli": {"analysis", "arm", "aspects", "controllers", "criteria", "scenario", "simulation", "studies", "views"},
+    "cli": {"analysis", "arm", "aspects", "controllers", "criteria", "plants", "scenario", "simulation", "studies"}
+    | {"trajectories", "views"},
 }
 """The other rooms that a room may import, directly."""
 

@@ -6,39 +6,49 @@ import subprocess
 import sys
 import tomllib
 import venv
-from importlib.metadata import EntryPoint, entry_points, version
+from importlib.metadata import entry_points, version
 from pathlib import Path
 
 import pytest
 
 import aspect_control
-from aspect_control import controllers
+from aspect_control import controllers, criteria, plants, trajectories
+from aspect_control.simulation import events, integrators
 
 COMMAND = str(Path(sys.executable).with_name("aspect-control"))
 PYPROJECT = Path(__file__).parents[1] / "pyproject.toml"
 PROJECT = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))["project"]
-LAWS = PROJECT["entry-points"]["aspect_control.controllers"]
+KINDS = {
+    "aspect_control.controllers": (controllers, controllers.Controller),
+    "aspect_control.criteria": (criteria, criteria.Criterion),
+    "aspect_control.trajectories": (trajectories, trajectories.Trajectory),
+    "aspect_control.events": (events, events.Event),
+    "aspect_control.integrators": (integrators, integrators.Integrator),
+    "aspect_control.plants": (plants, plants.Plant),
+}
+"""Where the classes of each entry-point group are exported, and their abstract base."""
 
 
-def exported_laws():
-    exported = (getattr(controllers, name) for name in controllers.__all__)
-    classes = {each for each in exported if inspect.isclass(each) and issubclass(each, controllers.Controller)}
-    return {law for law in classes if not inspect.isabstract(law)}
+def test_every_kind_has_its_entry_points():
+    assert set(PROJECT["entry-points"]) == set(KINDS)
 
 
-def test_every_exported_law_is_an_entry_point_under_its_own_name():
-    assert {law.name: f"aspect_control.controllers:{law.__name__}" for law in exported_laws()} == LAWS
+@pytest.mark.parametrize("group", KINDS)
+def test_every_exported_class_is_an_entry_point_under_its_own_name(group):
+    home, base = KINDS[group]
+    exported = {each for each in vars(home).values() if inspect.isclass(each) and issubclass(each, base)}
+    concrete = {each for each in exported if not inspect.isabstract(each)}
+    assert {each.name: f"{home.__name__}:{each.__name__}" for each in concrete} == PROJECT["entry-points"][group]
 
 
-@pytest.mark.parametrize("name", LAWS)
-def test_an_entry_point_loads_the_law_of_its_name(name):
-    law = EntryPoint(name, LAWS[name], "aspect_control.controllers").load()
-    assert issubclass(law, controllers.Controller)
-    assert law.name == name
-
-
-def test_the_registry_lists_the_entry_points():
-    assert set(LAWS) <= set(controllers.available())
+@pytest.mark.parametrize("group", KINDS)
+def test_the_registry_finds_the_classes_of_the_entry_points(group):
+    home, base = KINDS[group]
+    names = PROJECT["entry-points"][group]
+    assert set(names) <= set(home.available())
+    for name in names:
+        assert issubclass(home.find(name), base)
+        assert home.find(name).name == name
 
 
 def test_the_command_is_installed():

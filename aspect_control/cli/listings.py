@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from inspect import getdoc
+from operator import attrgetter
+
 from .application import app
 
 
@@ -18,33 +21,38 @@ def robots() -> None:
     )
 
 
-@app.command("controllers")
-def list_controllers() -> None:
-    """List the laws with their parameters and defaults."""
-    from .. import controllers
-    from ..views.screen import show_table
+def _add_listing(command: str, room: str, noun: str, what: str) -> None:
+    """Add the command that lists what is registered of a kind, with parameters and defaults.
 
-    show_table(
-        ("law", "parameters", "what it is"),
-        [
-            (name, controllers.describe_parameters(law), next(iter((law.__doc__ or "").strip().splitlines()), ""))
-            for name in controllers.available()
-            for law in [controllers.find(name)]
-        ],
-    )
+    Args:
+        command: Its name.
+        room: Where the package has the kind's `available`, `find` and `describe_parameters`.
+        noun: What one of them is called.
+        what: What they are.
+    """
+
+    @app.command(command, help=f"List {what} with parameters and defaults.")
+    def listing() -> None:
+        import aspect_control
+
+        from ..views.screen import show_table
+
+        kind = attrgetter(room)(aspect_control)
+        classes = {name: kind.find(name) for name in kind.available()}
+        show_table(
+            (noun, "parameters", "what it is"),
+            [
+                (name, kind.describe_parameters(each), (getdoc(each) or "").partition("\n")[0])
+                for name, each in classes.items()
+            ],
+        )
 
 
-@app.command("criteria")
-def list_criteria() -> None:
-    """List the criteria H(q) that resolved-motion and jmdc can climb, with their parameters and defaults."""
-    from .. import criteria
-    from ..views.screen import show_table
-
-    show_table(
-        ("criterion", "parameters", "what it is"),
-        [
-            (name, criteria.describe_parameters(each), next(iter((each.__doc__ or "").strip().splitlines()), ""))
-            for name in criteria.available()
-            for each in [criteria.find(name)]
-        ],
-    )
+_add_listing("controllers", "controllers", "law", "the torque laws")
+_add_listing("criteria", "criteria", "criterion", "the criteria H(q) that resolved-motion and jmdc can climb,")
+_add_listing("trajectories", "trajectories", "trajectory", "the trajectories of the task")
+_add_listing("events", "simulation.events", "event", "the events that end a run early,")
+_add_listing(
+    "integrators", "simulation.integrators", "integrator", "the integrators that move a plant on by one sample,"
+)
+_add_listing("plants", "plants", "plant", "the plants that a torque moves")

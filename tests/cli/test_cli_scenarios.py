@@ -13,13 +13,22 @@ import numpy as np
 import pytest
 
 import aspect_control as ac
-from aspect_control import controllers
+from aspect_control import controllers, criteria, plants, trajectories
 from aspect_control.arm.sources.examples import end_frames, example_names, example_overview, load_example_model
 from aspect_control.resources import scenario_paths
+from aspect_control.simulation import events, integrators
 
 COMMAND = str(Path(sys.executable).with_name("aspect-control"))
 WIDE = {**os.environ, "COLUMNS": "3000"}
 TWO_LAWS = 'controllers=[{name = "pseudoinverse", kp = 120}, {name = "null-space-vector", label = "explodes.1"}]'
+REGISTERED = {
+    "controllers": controllers,
+    "criteria": criteria,
+    "trajectories": trajectories,
+    "events": events,
+    "integrators": integrators,
+    "plants": plants,
+}
 READY = f"start.positions={[0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4]}"
 
 
@@ -212,20 +221,25 @@ def test_interrupted_run_ends_with_status_130_and_no_traceback(interrupted):
     assert "Traceback" not in done.stderr
 
 
-# controllers and robots
+# What is registered, and robots
 
 
-def test_controllers_lists_every_law_with_its_parameters_and_what_it_is():
-    done = run("controllers", env=WIDE)
+@pytest.mark.parametrize("command", REGISTERED)
+def test_what_is_registered_is_listed_with_its_parameters_and_what_it_is(command):
+    done, kind = run(command, env=WIDE), REGISTERED[command]
     assert (done.returncode, done.stderr) == (0, "")
     lines = {line.split()[0]: " ".join(line.split()) for line in done.stdout.splitlines()[1:]}
-    assert tuple(lines) == controllers.available()
-    assert lines["jmdc"].startswith(
+    assert tuple(lines) == kind.available()
+    for name, line in lines.items():
+        assert f"{name} {kind.describe_parameters(kind.find(name))}".strip() in line
+        assert kind.find(name).__doc__.splitlines()[0] in line
+
+
+def test_the_list_of_laws_shows_names_defaults_and_the_first_line():
+    line = next(each for each in run("controllers", env=WIDE).stdout.splitlines() if each.startswith("jmdc"))
+    assert " ".join(line.split()).startswith(
         "jmdc kp = 100.0, kv = 20.0, kappa = 0.001, criterion = minor-measure JMDC, Eqs. (17)–(21)"
     )
-    for name, line in lines.items():
-        assert controllers.describe_parameters(controllers.find(name)) in line
-        assert controllers.find(name).__doc__.splitlines()[0] in line
 
 
 @pytest.fixture(scope="module")
@@ -256,7 +270,7 @@ def test_robots_says_why_a_robot_cannot_be_loaded(robot_lines):
 def test_help_names_the_commands():
     done = run("--help")
     assert done.returncode == 0
-    for command in ("run", "survey", "robots", "controllers", "reproduce"):
+    for command in ("run", "survey", "robots", "reproduce", *REGISTERED):
         assert re.search(rf"^\s+{command}\s", done.stdout, re.MULTILINE)
 
 

@@ -182,7 +182,7 @@ def test_a_scenario_runs_the_law(installed):
 import json
 from aspect_control.scenario import load_scenario
 
-runs = load_scenario("mine.toml").run()
+runs = load_scenario("mine.toml").build().run()
 print(json.dumps({label: [run.info.controller, run.status, run.info.parameters] for label, run in runs.items()}))
 """
     assert python(code, installed, installed.there) == {

@@ -76,21 +76,21 @@ def test_the_page_of_criteria_says_what_its_examples_print(tmp_path, capsys):
         exec(block, names)  # noqa: S102
     assert capsys.readouterr().out == "".join(printed)
     (tmp_path / "circles.toml").write_text(scenario)
-    for label, run in load_scenario(tmp_path / "circles.toml").run().items():
+    for label, run in load_scenario(tmp_path / "circles.toml").build().run().items():
         peak, error, status = re.search(rf"^{label} +([\d.]+) N m .* (\d+) mm +(.+?) *$", shown, re.MULTILINE).groups()
         assert run.status == status
         assert max(summarize(run)["peak_torque"]) == pytest.approx(float(peak), rel=5e-3)
         assert 1e3 * run.tracking_error.max() == pytest.approx(float(error), rel=0.05)
     (tmp_path / "circles.toml").write_text(scenario.split("[[controllers]]")[0] + table)
     described = load_scenario(tmp_path / "circles.toml")
-    (law,) = described.laws(described.arm()).values()
+    (law,) = described.build().laws.values()
     assert len(law.criterion.obstacles) == 2
 
 
 def test_the_scenario_on_the_page_of_scenarios_runs(tmp_path):
     text = (ROOT / "docs" / "scenarios.md").read_text()
     (tmp_path / "shown.toml").write_text(re.search(r"```toml\n(.*?)```", text, re.DOTALL)[1])
-    runs = load_scenario(tmp_path / "shown.toml", ["simulation.dt=5e-3"]).run()
+    runs = load_scenario(tmp_path / "shown.toml", ["simulation.dt=5e-3"]).build().run()
     assert {label: run.status for label, run in runs.items()} == {"jmdc-soft": "finished"}
 
 

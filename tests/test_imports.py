@@ -30,7 +30,7 @@ MAY_IMPORT = {
     "simulation": {"arm", "controllers", "criteria", "plants", "redundancy", "trajectories"},
     "aspects": {"arm", "criteria", "redundancy"},
     "analysis": {"arm", "aspects", "controllers", "plants", "redundancy", "simulation", "trajectories"},
-    "scenario": {"arm", "controllers", "redundancy", "simulation", "trajectories"},
+    "scenario": {"arm", "controllers", "plants", "redundancy", "simulation", "trajectories"},
     "studies": {"analysis", "arm", "controllers", "redundancy", "scenario", "simulation", "trajectories"},
     "views": {"analysis", "arm", "aspects", "redundancy", "simulation", "studies", "trajectories"},
     "cli": {"analysis", "arm", "aspects", "controllers", "criteria", "plants", "scenario", "simulation", "studies"}

@@ -251,7 +251,7 @@ def test_a_scenario_runs_the_law(installed):
 import json
 from aspect_control.scenario import load_scenario
 
-runs = load_scenario("mine.toml").run()
+runs = load_scenario("mine.toml").build().run()
 print(json.dumps({label: [run.info.controller, run.status, run.info.parameters] for label, run in runs.items()}))
 """
     assert python(code, installed, installed.there) == {
@@ -381,12 +381,12 @@ def test_a_package_that_fails_to_import_is_one_line_of_the_command(installed, br
 )
 def test_a_scenario_with_a_part_that_fails_to_import_is_refused(broken, setting):
     with pytest.raises(ac.AspectControlError, match=f"{BROKEN}$"):
-        load_scenario("planar3r", [setting]).run()
+        load_scenario("planar3r", [setting]).build().run()
 
 
 def test_a_package_that_fails_to_import_is_in_nobody_elses_way(broken):
     assert ac.trajectories.create("hold", duration=1.0).duration == 1.0
-    load_scenario("planar3r", ["simulation.dt=0.1"]).run()
+    load_scenario("planar3r", ["simulation.dt=0.1"]).build().run()
 
 
 @pytest.mark.parametrize("text", ["Part = 'a law'", "def Part(): pass", "class Part: pass"])

@@ -35,13 +35,13 @@ def survey(
     from ..views.screen import progress_bar, show_table
 
     folder = output_folder(out)
-    scenarios = {name: load_scenario(path) for name, path in scenario_paths().items()}
+    setups = {name: load_scenario(path).build() for name, path in scenario_paths().items()}
 
     def keep(rows: list[SurveyRow]) -> None:
         write_text(folder / "survey.json", as_json({"runs": [row.to_dict() for row in rows]}))
 
     with progress_bar() as progress:
-        rows = run_survey(scenarios, keep, progress)
+        rows = run_survey(setups, keep, progress)
         checks = check_chains(progress) if every else []
         document = {"runs": [row.to_dict() for row in rows], "chains": [check.to_dict() for check in checks]}
         write_text(folder / "survey.json", as_json(document))

@@ -13,7 +13,7 @@ from ..exceptions import DrawingWarning
 from .application import app, as_json
 
 if TYPE_CHECKING:
-    from ..scenario import Scenario
+    from ..scenario import Setup
     from ..views import LiveView
     from ..views.replays.scene.server import LiveServer
 
@@ -98,10 +98,9 @@ def run(
     from ..views import comparison_figure, law_name, plain_text, replay, run_figure, save_figure
     from ..views.screen import progress_bar, show_laws
 
-    described = load_scenario(scenario, settings or [])
-    described.require_fits()
+    setup = load_scenario(scenario, settings or []).build()
     folder = output_folder(out or Path("results") / scenario.stem)
-    view = _live_view(described, host, port) if live else None
+    view = _live_view(setup, host, port) if live else None
     runs: dict[str, Run] = {}
 
     def keep(label: str, finished: Run) -> None:
@@ -114,14 +113,12 @@ def run(
         return summary
 
     def look_ahead(label: str, law: Controller) -> None:
-        q0, trajectory = described.start_configuration(law.arm), described.trajectory.build()
-        dt, v0 = described.simulation.dt, described.start.velocities
-        warn_of_border_ahead(law, trajectory, q0=q0, v0=v0, dt=dt, label=label)
+        warn_of_border_ahead(law, setup.trajectory, q0=setup.q0, v0=setup.v0, dt=setup.dt, label=label)
 
     with progress_bar() as progress:
         try:
             with view or nullcontext():
-                described.run_each(keep, progress, look_ahead, None if view is None else view.watch)
+                setup.run_each(keep, progress, look_ahead, None if view is None else view.watch)
         except KeyboardInterrupt:
             if runs:
                 summarised()
@@ -173,19 +170,11 @@ def replay_runs(
             typer.echo("stopped")
 
 
-def _live_view(described: Scenario, host: str, port: int) -> LiveView:
+def _live_view(setup: Setup, host: str, port: int) -> LiveView:
     """Serve the arms of a scenario at their start and wait until a browser shows them."""
     from ..views import LiveView
 
-    arm = described.arm()
-    view = LiveView(
-        arm,
-        list(described.laws(arm)),
-        described.start_configuration(arm),
-        described.trajectory.build(),
-        host=host,
-        port=port,
-    )
+    view = LiveView(setup.arm, list(setup.laws), setup.q0, setup.trajectory, host=host, port=port)
     for note in view.notes:
         warnings.warn(note, DrawingWarning, stacklevel=1)
     _say_where(view, port)

@@ -35,9 +35,8 @@ def start(
     from ..views import plain_text, save_figure, self_motion_figure
     from ..views.screen import show_start
 
-    described = load_scenario(scenario, settings or [])
-    arm = described.arm()
-    q = described.start_configuration(arm)
+    setup = load_scenario(scenario, settings or []).build(laws=())
+    arm, q = setup.arm, setup.q0
     folder = None if out is None else output_folder(out)
     chosen = choose_start(
         arm,
@@ -88,17 +87,15 @@ def atlas(
 
     if joints is not None and self_motion is not None:
         raise ParameterError("give either --joints or --self-motion, not both")
-    described = load_scenario(scenario, settings or [])
-    described.require_fits()
-    arm = described.arm()
-    q = described.start_configuration(arm)
+    setup = load_scenario(scenario, settings or []).build()
+    arm, q = setup.arm, setup.q0
     slice_ = JointSlice(arm, q, joints) if self_motion is None else SelfMotionSlice(arm, q, self_motion)
     seconds = estimated_time(slice_, resolution)
     confirm_long_run(f"a resolution of {resolution}", seconds, "a lower --resolution", yes)
     folder = output_folder(out or Path("results") / "atlas" / scenario.stem)
     with progress_bar() as progress:
         computed = compute_atlas(slice_, resolution, lambda part: progress("slice", part))
-        runs = described.run(progress)
+        runs = setup.run(progress)
         progress("figures", 1.0)
         record = atlas_record(computed, runs)
         write_text(folder / "atlas.json", as_json({"scenario": scenario.stem, **record}))

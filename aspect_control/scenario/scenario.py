@@ -1,20 +1,18 @@
-"""What a scenario file holds, as a whole, and how it is run."""
+"""What a scenario file holds, as a whole."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Collection
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 from pydantic import Field, model_validator
 
 from .. import controllers
-from ..arm import Arm
-from ..checks import finite_vector
-from ..controllers import Controller
-from ..redundancy import Array
-from ..simulation import Moment, Run, completed, simulate
+from ..checks import known_name
+from ..limits import joint_limit
+from ..plants.registry import PLANTS
+from ..simulation.integrators.registry import INTEGRATORS
 from .sections import (
     ControllerSection,
     EventSection,
@@ -25,6 +23,7 @@ from .sections import (
     StartSection,
     TrajectorySection,
 )
+from .setup import Setup, build_arm, start_configuration, start_velocity
 
 RESERVED_LABEL = "comparison"
 """The name of the figure that shows all runs of a scenario."""
@@ -65,118 +64,34 @@ class Scenario(Section):
             raise ValueError(f"controllers: {RESERVED_LABEL!r} names the figure of all runs; take another label")
         return self
 
-    def arm(self) -> Arm:
-        """Return the arm.
+    def build(self, *, laws: Collection[str] | None = None) -> Setup:
+        """Build what the file describes, once: the arm, the start, the trajectory, the laws and what they run on.
+
+        Args:
+            laws: Labels of the laws to build; None for all.
 
         Raises:
-            AspectControlError: As `Arm.from_urdf` does.
+            UnknownNameError: If there is no law of a label.
+            AspectControlError: If the scenario does not fit the robot.
         """
-        robot = self.robot
-        if robot.example is not None:
-            return Arm.from_example(
-                robot.example, frame=robot.frame, task=robot.task, gravity=robot.gravity, locked=robot.locked
-            )
-        return Arm.from_urdf(
-            self.folder / str(robot.urdf),
-            frame=robot.frame,
-            task=robot.task,
-            gravity=robot.gravity,
-            locked=robot.locked,
-            package_dirs=[self.folder / each for each in robot.package_dirs],
+        labels = [each.run_label for each in self.controllers]
+        wanted = labels if laws is None else [known_name(label, labels, "law") for label in laws]
+        arm = build_arm(self.robot, self.folder)
+        simulation, saturation = self.simulation, self.simulation.saturation
+        return Setup(
+            arm=arm,
+            q0=start_configuration(self.start, arm),
+            v0=start_velocity(self.start, arm),
+            trajectory=self.trajectory.build(),
+            laws={
+                each.run_label: controllers.create(each.name, arm, **each.parameters)
+                for each in self.controllers
+                if each.run_label in wanted
+            },
+            events=tuple(self.limits.events(arm, self.events)),
+            plant=PLANTS.make(simulation.plant, arm),
+            dt=simulation.dt,
+            integrator=INTEGRATORS.make(simulation.integrator, arm),
+            saturation=None if saturation is None else joint_limit("saturation", saturation, arm.nv, arm.torque_limit),
+            description=self.description,
         )
-
-    def start_configuration(self, arm: Arm) -> Array:
-        """Return the configuration at t = 0, shape (nq,), rad.
-
-        Raises:
-            ShapeError: If there is not one position a joint.
-            ParameterError: If a joint is outside its limits.
-        """
-        if self.start.degrees is not None:
-            degrees = finite_vector("start.degrees", self.start.degrees, arm.nv)
-            positions = np.where(arm.prismatic, degrees, np.deg2rad(degrees))
-        else:
-            positions = finite_vector("start.positions", self.start.positions or [], arm.nv)
-        q = arm.configuration(positions)
-        arm.require_within_limits(q)
-        return q
-
-    def laws(self, arm: Arm) -> dict[str, Controller]:
-        """Return the laws by their labels.
-
-        Raises:
-            AspectControlError: As `controllers.create` does.
-        """
-        return {each.run_label: controllers.create(each.name, arm, **each.parameters) for each in self.controllers}
-
-    def require_fits(self) -> None:
-        """Make sure, before anything is written, that robot, start, laws and trajectory can be made.
-
-        Raises:
-            AspectControlError: If the scenario does not fit the robot.
-        """
-        arm = self.arm()
-        self.start_configuration(arm)
-        self.laws(arm)
-        self.trajectory.build()
-
-    def run(self, progress: Callable[[str, float], None] | None = None) -> dict[str, Run]:
-        """Run every law and return the runs by their labels.
-
-        Args:
-            progress: Called with the label of the law and the part of all work that is done, 0 to 1.
-
-        Raises:
-            AspectControlError: If the scenario does not fit the robot.
-        """
-        runs: dict[str, Run] = {}
-        self.run_each(runs.__setitem__, progress)
-        return runs
-
-    def run_each(
-        self,
-        keep: Callable[[str, Run], None],
-        progress: Callable[[str, float], None] | None = None,
-        before: Callable[[str, Controller], None] | None = None,
-        watch: Callable[[str], Callable[[Moment], None]] | None = None,
-    ) -> None:
-        """Run every law and hand each run over as soon as it is there.
-
-        One that Ctrl-C or an exception in `watch` or `progress` interrupts is handed over too, and is the last.
-
-        Args:
-            keep: Called with label and run.
-            progress: As for `run`.
-            before: Called with the label and the law before each run.
-            watch: Called with each label; what it returns is called with every sample of that law, see `simulate`.
-
-        Raises:
-            AspectControlError: If the scenario does not fit the robot.
-            BaseException: What interrupted the last run: `run.error`.
-        """
-        arm = self.arm()
-        q0, laws, trajectory = self.start_configuration(arm), self.laws(arm), self.trajectory.build()
-        for i, (label, law) in enumerate(laws.items()):
-            if before is not None:
-                before(label, law)
-            run = simulate(
-                law,
-                trajectory,
-                q0=q0,
-                v0=self.start.velocities,
-                dt=self.simulation.dt,
-                integrator=self.simulation.integrator,
-                saturation=self.simulation.saturation,
-                events=self.limits.events(arm, self.events),
-                plant=self.simulation.plant,
-                progress=_share(progress, label, i, len(laws)),
-                watch=None if watch is None else watch(label),
-            )
-            keep(label, run)
-            completed(run)
-
-
-def _share(
-    progress: Callable[[str, float], None] | None, label: str, index: int, count: int
-) -> Callable[[float], None] | None:
-    return None if progress is None else lambda part: progress(label, (index + part) / count)

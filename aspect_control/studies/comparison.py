@@ -45,8 +45,8 @@ def compare_laws(
     Returns:
         The runs, and their summaries with the largest energy of the self-motion, by label.
     """
-    described = with_variants(load_scenario(scenario_paths()[scenario]))
-    runs = described.run(lambda label, part: progress(f"{scenario}: {label}", part))
+    setup = with_variants(load_scenario(scenario_paths()[scenario])).build()
+    runs = setup.run(lambda label, part: progress(f"{scenario}: {label}", part))
     return runs, {
         label: {**summarize(run), "self_motion_energy_max": self_motion_energy(run)} for label, run in runs.items()
     }

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from ..analysis.metrics import summarize
-from ..scenario import Scenario
+from ..scenario import Setup
 from ..simulation import Run
 
 REFERENCE = "pseudoinverse"
@@ -52,27 +52,27 @@ class SurveyRow:
 
 
 def survey(
-    scenarios: Mapping[str, Scenario],
+    setups: Mapping[str, Setup],
     keep: Callable[[list[SurveyRow]], None],
     progress: Callable[[str, float], None],
 ) -> list[SurveyRow]:
     """Run every law of every scenario.
 
     Args:
-        scenarios: The scenarios by name.
+        setups: What is run, by the names of the scenarios.
         keep: Called with all rows so far whenever a scenario is done.
         progress: Called with what is being done and the part of all work that is done, 0 to 1.
 
     Raises:
-        AspectControlError: If a scenario does not fit its robot.
+        AspectControlError: As `simulate` does.
     """
     rows: list[SurveyRow] = []
-    for i, (name, scenario) in enumerate(scenarios.items()):
+    for i, (name, setup) in enumerate(setups.items()):
 
         def report(label: str, part: float, name: str = name, i: int = i) -> None:
-            progress(f"{name}: {label}", (i + part) / len(scenarios))
+            progress(f"{name}: {label}", (i + part) / len(setups))
 
-        rows += survey_rows(name, scenario.run(report))
+        rows += survey_rows(name, setup.run(report))
         keep(rows)
     return rows
 

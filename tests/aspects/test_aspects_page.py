@@ -28,7 +28,7 @@ def test_the_python_examples_run_and_print_what_the_page_says(capsys):
 def test_the_ready_pose_is_the_one_of_the_command():
     setting = re.search(r"READY='(.*)'", PAGE)[1]
     scenario = load_scenario(scenario_paths()["panda-pose"], [setting])
-    np.testing.assert_allclose(scenario.start_configuration(scenario.arm()), READY, atol=1e-15)
+    np.testing.assert_allclose(scenario.build().q0, READY, atol=1e-15)
 
 
 @pytest.mark.parametrize(("task", "column"), [("pose", 0), ("xyz", 2)])
@@ -66,14 +66,13 @@ def test_the_table_of_peaks_is_that_of_trajectory_a():
     ],
 )
 def test_growth_of_free_self_motions_is_what_the_page_says(scenario, sentence):
-    described = load_scenario(scenario_paths()[scenario])
-    arm = described.arm()
-    grown = aspects.growth(aspects.self_motion(arm, described.start_configuration(arm)))
+    setup = load_scenario(scenario_paths()[scenario]).build()
+    grown = aspects.growth(aspects.self_motion(setup.arm, setup.q0))
     assert sentence.format(largest=grown.largest_factor, turn=grown.factor) in WORDS
 
 
 def test_the_self_motion_is_driven_from_outside_on_panda():
     described = load_scenario(scenario_paths()["panda-pose"], ['controllers=[{name = "null-space-vector"}]'])
-    run = described.run()["null-space-vector"]
+    run = described.build().run()["null-space-vector"]
     own, peak = self_motion_of_run(run), run.maciejewski_product.argmax()
     assert f"peak is {run.maciejewski_product[peak]:.3g}, of which −c ṡ³ is {own.own_product[peak]:.3g}" in WORDS

@@ -289,9 +289,8 @@ def test_resolved_motion_is_equation_2_with_computed_torque(arm, kappa, moving):
 @pytest.mark.parametrize("kappa", [0.0, 0.001, 0.3])
 @pytest.mark.parametrize("scenario", ["planar3r", "panda-xyz", "kinova-xyz"])
 def test_resolved_motion_by_the_minor_measure_is_jmdc_bit_for_bit(scenario, kappa):
-    described = load_scenario(scenario)
-    arm = described.arm()
-    q0, trajectory = described.start_configuration(arm), described.trajectory.build()
+    setup = load_scenario(scenario).build()
+    arm, q0, trajectory = setup.arm, setup.q0, setup.trajectory
     resolved = controllers.ResolvedMotion(arm, kappa=kappa, criterion="minor-measure")
     jmdc = controllers.JMinorDynamicControl(arm, kappa=kappa)
     one, other = (simulate(law, trajectory, q0=q0, dt=4e-3) for law in (resolved, jmdc))
@@ -534,7 +533,7 @@ def test_soft_switching_keeps_what_is_good_about_the_modified_method_on_trajecto
 def variations(scenario, switchings):
     """Total variation of each joint's torque, N m, by switching."""
     law = '{{name = "modified-null-space-vector", label = "{0}", switching = "{0}"}}'
-    runs = load_scenario(scenario, [f"controllers = [{', '.join(map(law.format, switchings))}]"]).run()
+    runs = load_scenario(scenario, [f"controllers = [{', '.join(map(law.format, switchings))}]"]).build().run()
     assert {run.status for run in runs.values()} == {"finished"}
     return [total_variation(runs[each].tau) for each in switchings]
 

@@ -415,10 +415,10 @@ def test_dead_beat_without_reset_is_an_error(planar):
 
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_default_finishes_every_scenario_calmly_within_the_limits_of_the_robot_file(name):
-    scenario = load_scenario(name)
-    arm = scenario.arm()
+    setup = load_scenario(name).build()
+    arm = setup.arm
     law = QPTorque(arm, torque_limit="urdf")
-    run = simulate(law, scenario.trajectory.build(), q0=scenario.start_configuration(arm), dt=2e-3)
+    run = simulate(law, setup.trajectory, q0=setup.q0, dt=2e-3)
     assert run.status == "finished", run.message
     assert np.all(np.abs(run.tau) <= arm.torque_limit + 1e-6)
     assert np.abs(run.v).max() < 10.0
@@ -427,20 +427,20 @@ def test_default_finishes_every_scenario_calmly_within_the_limits_of_the_robot_f
 
 def test_pr2_cannot_hold_its_shoulder_within_the_limits_of_its_file():
     # The file has no counterbalance: gravity asks for 44 N m of a joint that has 30 N m.
-    scenario = load_scenario("pr2-xyz")
-    arm = scenario.arm()
-    gravity = arm.state(scenario.start_configuration(arm), np.zeros(arm.nv)).nle
+    setup = load_scenario("pr2-xyz").build()
+    arm = setup.arm
+    gravity = arm.state(setup.q0, np.zeros(arm.nv)).nle
     assert np.any(np.abs(gravity) > 1.4 * arm.torque_limit)
-    run = simulate(QPTorque(arm), scenario.trajectory.build(), q0=scenario.start_configuration(arm), dt=2e-3)
+    run = simulate(QPTorque(arm), setup.trajectory, q0=setup.q0, dt=2e-3)
     assert run.status == "finished"
     assert np.abs(run.v).max() < 10.0
 
 
 def test_undamped_builds_up_the_self_motion_that_the_default_does_not():
-    scenario = load_scenario("panda-xyz")
-    arm = scenario.arm()
+    setup = load_scenario("panda-xyz").build()
+    arm = setup.arm
     law = QPTorque(arm, torque_limit="urdf", damping=0.0)
-    run = simulate(law, scenario.trajectory.build(), q0=scenario.start_configuration(arm), dt=DT, events=())
+    run = simulate(law, setup.trajectory, q0=setup.q0, dt=DT, events=())
     assert np.abs(run.v).max() > 50.0
 
 

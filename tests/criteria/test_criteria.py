@@ -432,7 +432,7 @@ size = [1, 0.2, 1]
         f'[[controllers]]\nname = "resolved-motion"\ncriterion = "joint-range"\n[[controllers]]\nname = "jmdc"\n{table}'
     )
     scenario = load_scenario(tmp_path / "some.toml")
-    first, second = scenario.laws(scenario.arm()).values()
+    first, second = scenario.build().laws.values()
     assert first.parameters["criterion"] == "joint-range"
     assert second.criterion.obstacles == (
         criteria.Sphere((0.5, 0.9, 0.0), 0.1),
@@ -440,7 +440,7 @@ size = [1, 0.2, 1]
     )
     assert second.criterion.influence == 0.3
     changed = load_scenario(tmp_path / "some.toml", ["controller.jmdc.criterion=manipulability"])
-    assert changed.laws(changed.arm())["jmdc"].parameters["criterion"] == "manipulability"
+    assert changed.build().laws["jmdc"].parameters["criterion"] == "manipulability"
 
 
 # Registry and command

@@ -39,6 +39,11 @@ def planar(
     return load_scenario(path, settings)
 
 
+def pseudoinverse_run(folder, **parts):
+    """The run of such a scenario."""
+    return planar(folder, **parts).build().run()["pseudoinverse"]
+
+
 def planar_urdf(path, limits):
     """The paper's arm with other limits on its joints."""
     text = model_path("planar3r.urdf").read_text(encoding="utf-8")
@@ -74,9 +79,8 @@ def test_shipped_scenario_is_found_by_name_and_by_path(name):
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_scenario_starts_well_inside_the_limits_off_every_border(name):
-    scenario = load_scenario(name)
-    arm = scenario.arm()
-    q = scenario.start_configuration(arm)
+    setup = load_scenario(name).build()
+    arm, q = setup.arm, setup.q0
     lower, upper = arm.position_limits
     assert np.all(lower + 0.01 < arm.positions(q))
     assert np.all(arm.positions(q) < upper - 0.01)
@@ -85,15 +89,14 @@ def test_shipped_scenario_starts_well_inside_the_limits_off_every_border(name):
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_scenario_compares_the_four_laws(name):
-    scenario = load_scenario(name)
-    laws = scenario.laws(scenario.arm())
+    laws = load_scenario(name).build().laws
     assert tuple(laws) == paper.LAWS
     assert all(isinstance(law, Controller) for law in laws.values())
 
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_every_law_but_the_null_space_vector_finishes_a_shipped_scenario_within_5_mm(name):
-    runs = only(load_scenario(name), "pseudoinverse", "modified-null-space-vector", "jmdc").run()
+    runs = only(load_scenario(name), "pseudoinverse", "modified-null-space-vector", "jmdc").build().run()
     assert {label: run.status for label, run in runs.items()} == dict.fromkeys(runs, "finished")
     assert len(runs) == 3
     for label, run in runs.items():
@@ -103,7 +106,7 @@ def test_every_law_but_the_null_space_vector_finishes_a_shipped_scenario_within_
 
 @pytest.mark.parametrize("law", paper.LAWS)
 def test_planar_scenario_is_the_papers_case_for_gravity_acts_along_its_axes(law):
-    run = only(load_scenario("planar3r", ["simulation.dt=5e-3"]), law).run()[law]
+    run = only(load_scenario("planar3r", ["simulation.dt=5e-3"]), law).build().run()[law]
     expected = paper.run_law(law, 5e-3)
     np.testing.assert_allclose(run.arm.gravity, (0.0, 0.0, -9.81))
     assert run.info.trajectory == expected.info.trajectory
@@ -154,7 +157,7 @@ def test_setting_of_every_law():
 def test_setting_of_one_law_by_name():
     scenario = load_scenario("panda-xyz", ["controller.jmdc.kappa=0.0"])
     assert [each.parameters for each in scenario.controllers] == [{}, {}, {}, {"kappa": 0.0}]
-    assert scenario.laws(scenario.arm())["jmdc"].kappa == 0.0
+    assert scenario.build().laws["jmdc"].kappa == 0.0
 
 
 def test_setting_of_one_law_by_label(tmp_path):
@@ -203,30 +206,31 @@ def test_relative_urdf_is_looked_for_beside_the_scenario(tmp_path, monkeypatch):
     (tmp_path / "elsewhere").mkdir()
     shutil.copy(model_path("planar3r.urdf"), tmp_path / "models" / "arm.urdf")
     monkeypatch.chdir(tmp_path / "elsewhere")
-    run = planar(tmp_path, robot='urdf = "models/arm.urdf"').run()["pseudoinverse"]
-    example = planar(tmp_path).run()["pseudoinverse"]
+    run = pseudoinverse_run(tmp_path, robot='urdf = "models/arm.urdf"')
+    example = pseudoinverse_run(tmp_path)
     np.testing.assert_array_equal(run.tau, example.tau)
 
 
 def test_absolute_urdf_is_taken_as_it_is(tmp_path):
-    assert planar(tmp_path, robot=f'urdf = "{model_path("planar3r.urdf")}"').arm().nv == 3
+    assert planar(tmp_path, robot=f'urdf = "{model_path("planar3r.urdf")}"').build().arm.nv == 3
 
 
 def test_missing_urdf_is_named_with_its_folder(tmp_path):
     shutil.copy(model_path("planar3r.urdf"), tmp_path / "arm.urdf")
     with pytest.raises(AspectControlError, match=r"no such URDF file: .*amr\.urdf; that folder has arm\.urdf"):
-        planar(tmp_path, robot='urdf = "amr.urdf"').run()
+        planar(tmp_path, robot='urdf = "amr.urdf"').build().run()
 
 
 def test_package_dirs_are_relative_to_the_scenario(tmp_path):
     shutil.copy(model_path("planar3r.urdf"), tmp_path / "arm.urdf")
-    arm = planar(tmp_path, robot='urdf = "arm.urdf"\npackage_dirs = ["meshes", "/opt/meshes"]').arm()
+    arm = planar(tmp_path, robot='urdf = "arm.urdf"\npackage_dirs = ["meshes", "/opt/meshes"]').build().arm
     assert arm.description.package_dirs == (str(tmp_path / "meshes"), "/opt/meshes")
 
 
 def test_gravity_task_and_locked_joints_reach_the_arm():
     settings = ["robot.gravity=[1, 2, 3]", 'robot.task=["z", "x"]', "robot.locked.panda_joint3=0.25"]
-    arm = load_scenario("panda-xyz", settings).arm()
+    settings.append("start.positions=[0.3, -0.5, -2.0, 0.3, 1.8, 0.5]")
+    arm = load_scenario("panda-xyz", settings).build().arm
     assert arm.gravity.tolist() == [1.0, 2.0, 3.0]
     assert arm.task == ("z", "x")
     assert arm.nv == 6
@@ -237,24 +241,23 @@ def test_gravity_task_and_locked_joints_reach_the_arm():
 
 
 def test_start_in_degrees_is_the_start_in_radians(tmp_path):
-    arm = planar(tmp_path).arm()
-    degrees = planar(tmp_path).start_configuration(arm)
-    radians = planar(tmp_path, start=f"positions = {FOLDED.tolist()}").start_configuration(arm)
+    degrees = planar(tmp_path).build().q0
+    radians = planar(tmp_path, start=f"positions = {FOLDED.tolist()}").build().q0
     np.testing.assert_allclose(degrees, radians, rtol=1e-15)
 
 
 def test_start_of_continuous_joints_is_given_as_angles():
     scenario = load_scenario("kinova-xyz")
-    arm = scenario.arm()
-    q = scenario.start_configuration(arm)
+    setup = scenario.build()
+    arm, q = setup.arm, setup.q0
     assert arm.nq > arm.nv
     np.testing.assert_allclose(arm.positions(q), scenario.start.positions, atol=1e-12)
 
 
 def test_run_starts_with_the_velocities_of_the_start(tmp_path):
-    moving = planar(tmp_path, start="degrees = [-50, 140, -140]\nvelocities = [0.1, -0.2, 0.3]").run()["pseudoinverse"]
+    moving = pseudoinverse_run(tmp_path, start="degrees = [-50, 140, -140]\nvelocities = [0.1, -0.2, 0.3]")
     assert moving.v[0].tolist() == [0.1, -0.2, 0.3]
-    assert planar(tmp_path).run()["pseudoinverse"].v[0].tolist() == [0.0, 0.0, 0.0]
+    assert pseudoinverse_run(tmp_path).v[0].tolist() == [0.0, 0.0, 0.0]
 
 
 # Trajectories
@@ -263,14 +266,14 @@ def test_run_starts_with_the_velocities_of_the_start(tmp_path):
 @pytest.mark.parametrize("profile", ["bang-bang", "trapezoidal", "cubic", "quintic"])
 def test_line_in_every_profile_ends_at_its_displacement(tmp_path, profile):
     line = f'kind = "line"\ndisplacement = [0.2, 0.1]\nduration = 0.5\nprofile = "{profile}"'
-    run = planar(tmp_path, trajectory=line).run()["pseudoinverse"]
+    run = pseudoinverse_run(tmp_path, trajectory=line)
     assert run.status == "finished"
     assert repr(profile) in run.info.trajectory
     np.testing.assert_allclose(run.x[-1] - run.x[0], [0.2, 0.1], atol=2e-3)
 
 
 def test_circle_comes_back_by_the_far_side(tmp_path):
-    run = planar(tmp_path, trajectory='kind = "circle"\nradius = 0.2\nduration = 1.0').run()["pseudoinverse"]
+    run = pseudoinverse_run(tmp_path, trajectory='kind = "circle"\nradius = 0.2\nduration = 1.0')
     middle = len(run.t) // 2
     assert run.status == "finished"
     np.testing.assert_allclose(run.x[middle] - run.x[0], [0.4, 0.0], atol=5e-3)
@@ -279,14 +282,15 @@ def test_circle_comes_back_by_the_far_side(tmp_path):
 
 def test_circle_in_another_plane_with_turns_and_profile():
     settings = ['trajectory={kind="circle", radius=0.05, duration=0.5, plane="zy", turns=-0.5, profile="cubic"}']
-    run = only(load_scenario("panda-xyz", [*settings, "simulation.dt=5e-3"]), "pseudoinverse").run()["pseudoinverse"]
+    scenario = only(load_scenario("panda-xyz", [*settings, "simulation.dt=5e-3"]), "pseudoinverse")
+    run = scenario.build().run()["pseudoinverse"]
     assert run.status == "finished"
     np.testing.assert_allclose(run.x[-1] - run.x[0], [0.0, 0.0, 0.1], atol=2e-3)
 
 
 def test_hold_stands_still_under_gravity():
     settings = ["trajectory={kind='hold', duration=0.2}", "simulation.dt=5e-3"]
-    run = only(load_scenario("panda-pose", settings), "pseudoinverse").run()["pseudoinverse"]
+    run = only(load_scenario("panda-pose", settings), "pseudoinverse").build().run()["pseudoinverse"]
     assert run.status == "finished"
     np.testing.assert_allclose(run.q, np.tile(run.q[0], (len(run.q), 1)), atol=1e-9)
     assert np.abs(run.tau).max() > 1.0
@@ -294,7 +298,7 @@ def test_hold_stands_still_under_gravity():
 
 def test_waypoints_by_times_are_reached_at_them(tmp_path):
     points = 'kind = "waypoints"\npoints = [[0.1, 0.0], [0.1, 0.2], [0.0, 0.0]]\ntimes = [0.25, 0.5, 1.0]'
-    run = planar(tmp_path, trajectory=points).run()["pseudoinverse"]
+    run = pseudoinverse_run(tmp_path, trajectory=points)
     assert run.status == "finished"
     np.testing.assert_allclose(run.t[[50, 100, 200]], [0.25, 0.5, 1.0])
     reached = run.x[[50, 100, 200]] - run.x[0]
@@ -303,7 +307,7 @@ def test_waypoints_by_times_are_reached_at_them(tmp_path):
 
 def test_waypoints_by_duration_are_reached_in_proportion_to_the_distances(tmp_path):
     points = 'kind = "waypoints"\npoints = [[0.1, 0.0], [0.1, 0.3]]\nduration = 1.0'
-    run = planar(tmp_path, trajectory=points).run()["pseudoinverse"]
+    run = pseudoinverse_run(tmp_path, trajectory=points)
     assert run.status == "finished"
     np.testing.assert_allclose(run.x[[50, 200]] - run.x[0], [[0.1, 0.0], [0.1, 0.3]], atol=3e-3)
 
@@ -312,24 +316,24 @@ def test_waypoints_by_duration_are_reached_in_proportion_to_the_distances(tmp_pa
 
 
 def test_saturation_by_a_number_cuts_every_torque_off_there(tmp_path):
-    run = planar(tmp_path, settings=["simulation.dt=5e-3", "simulation.saturation=4"]).run()["pseudoinverse"]
+    run = pseudoinverse_run(tmp_path, settings=["simulation.dt=5e-3", "simulation.saturation=4"])
     assert np.abs(run.tau).max() == 4.0
 
 
 def test_saturation_by_a_list_has_a_limit_a_joint(tmp_path):
-    run = planar(tmp_path, settings=["simulation.dt=5e-3", "simulation.saturation=[4, 3, 2]"]).run()["pseudoinverse"]
+    run = pseudoinverse_run(tmp_path, settings=["simulation.dt=5e-3", "simulation.saturation=[4, 3, 2]"])
     assert np.abs(run.tau).max(axis=0).tolist() == [4.0, 3.0, 2.0]
 
 
 def test_saturation_by_the_urdf_is_the_effort_of_its_joints(tmp_path):
     planar_urdf(tmp_path / "arm.urdf", 'lower="-6" upper="6" effort="2.5" velocity="9"')
     settings = ["simulation.dt=5e-3", "simulation.saturation=urdf"]
-    run = planar(tmp_path, robot='urdf = "arm.urdf"', settings=settings).run()["pseudoinverse"]
+    run = pseudoinverse_run(tmp_path, robot='urdf = "arm.urdf"', settings=settings)
     assert np.abs(run.tau).max(axis=0).tolist() == [2.5, 2.5, 2.5]
 
 
 def test_without_saturation_the_same_motion_asks_for_more(tmp_path):
-    assert np.abs(planar(tmp_path).run()["pseudoinverse"].tau).max(axis=0).min() > 4.0
+    assert np.abs(pseudoinverse_run(tmp_path).tau).max(axis=0).min() > 4.0
 
 
 @pytest.mark.parametrize(
@@ -348,7 +352,7 @@ def test_without_saturation_the_same_motion_asks_for_more(tmp_path):
 def test_limit_ends_a_run_with_its_status_and_says_why(tmp_path, setting, status, words):
     planar_urdf(tmp_path / "arm.urdf", 'lower="-2.46" upper="2.46" effort="4" velocity="9"')
     settings = ["simulation.dt=5e-3", "trajectory.displacement=[-0.1, 0]", setting]
-    run = planar(tmp_path, robot='urdf = "arm.urdf"', settings=settings).run()["pseudoinverse"]
+    run = pseudoinverse_run(tmp_path, robot='urdf = "arm.urdf"', settings=settings)
     assert run.status == status
     assert words in run.message
     assert len(run.t) < 101
@@ -357,7 +361,7 @@ def test_limit_ends_a_run_with_its_status_and_says_why(tmp_path, setting, status
 def test_without_limits_that_motion_finishes(tmp_path):
     planar_urdf(tmp_path / "arm.urdf", 'lower="-2.46" upper="2.46" effort="4" velocity="9"')
     settings = ["simulation.dt=5e-3", "trajectory.displacement=[-0.1, 0]"]
-    assert planar(tmp_path, robot='urdf = "arm.urdf"', settings=settings).run()["pseudoinverse"].status == "finished"
+    assert pseudoinverse_run(tmp_path, robot='urdf = "arm.urdf"', settings=settings).status == "finished"
 
 
 # Labels and progress
@@ -376,7 +380,7 @@ def test_a_label_may_not_be_the_name_of_another_law(tmp_path):
 
 def test_runs_are_called_by_their_labels_and_have_their_own_parameters(tmp_path):
     laws = '[[controllers]]\nname = "jmdc"\n[[controllers]]\nname = "jmdc"\nlabel = "without"\nkappa = 0.0'
-    runs = planar(tmp_path, controllers=laws).run()
+    runs = planar(tmp_path, controllers=laws).build().run()
     assert list(runs) == ["jmdc", "without"]
     assert [run.info.controller for run in runs.values()] == ["jmdc", "jmdc"]
     assert [run.info.parameters["kappa"] for run in runs.values()] == [0.001, 0.0]
@@ -391,7 +395,7 @@ def test_label_that_is_no_file_name_is_refused(tmp_path, label):
 def test_each_run_is_handed_over_before_the_next_begins(tmp_path):
     laws = '[[controllers]]\nname = "jmdc"\n[[controllers]]\nname = "pseudoinverse"'
     seen = []
-    planar(tmp_path, controllers=laws).run_each(
+    planar(tmp_path, controllers=laws).build().run_each(
         lambda label, run: seen.append(("kept", label)), lambda label, part: seen.append((label, part))
     )
     assert seen.index(("kept", "jmdc")) < next(i for i, entry in enumerate(seen) if entry[0] == "pseudoinverse")
@@ -547,7 +551,7 @@ def test_missing_file_and_folder_are_answered_with_the_scenarios_that_ship(tmp_p
 def test_scenario_that_does_not_fit_is_refused_before_the_first_run(tmp_path, old, new, words):
     scenario = load_scenario(edited(tmp_path, old, new))
     with pytest.raises(AspectControlError) as caught:
-        scenario.run_each(lambda label, run: pytest.fail(f"{label} was run"))
+        scenario.build().run_each(lambda label, run: pytest.fail(f"{label} was run"))
     assert all(each in str(caught.value) for each in words), caught.value
     assert_well_put(str(caught.value))
 
@@ -568,12 +572,12 @@ def test_scenario_that_does_not_fit_is_refused_before_the_first_run(tmp_path, ol
 )
 def test_trajectory_that_is_none_is_refused_with_the_field(tmp_path, trajectory, words):
     with pytest.raises(AspectControlError, match=words):
-        planar(tmp_path, trajectory=trajectory).run()
+        planar(tmp_path, trajectory=trajectory).build().run()
 
 
 def test_a_robot_without_redundancy_for_the_task_is_refused(tmp_path):
     with pytest.raises(AspectControlError, match="needs a redundant arm"):
-        planar(tmp_path, settings=["robot.locked.joint1=0.0", "start={positions=[1, 1]}"]).run()
+        planar(tmp_path, settings=["robot.locked.joint1=0.0", "start={positions=[1, 1]}"]).build().run()
 
 
 def test_scenario_is_frozen():
@@ -582,7 +586,7 @@ def test_scenario_is_frozen():
 
 
 def test_arm_of_a_scenario_is_the_arm_of_its_example():
-    arm = load_scenario("talos-arm-xyz").arm()
+    arm = load_scenario("talos-arm-xyz").build().arm
     same = Arm.from_example(
         "talos", frame="gripper_left_base_link", task="xyz", locked={"torso_1_joint": 0.0, "torso_2_joint": 0.0}
     )
@@ -595,7 +599,7 @@ def test_arm_of_a_scenario_is_the_arm_of_its_example():
 
 def test_arm_is_no_parameter_of_a_law(tmp_path):
     with pytest.raises(AspectControlError, match="arm"):
-        planar(tmp_path, controllers=f"{ONE_LAW}\narm = 1").run()
+        planar(tmp_path, controllers=f"{ONE_LAW}\narm = 1").build().run()
 
 
 @pytest.mark.parametrize("setting", ["controller.kp=3", "controller.jmdc.kp=3"])

@@ -12,7 +12,7 @@ from aspect_control.views import comparison_report, torque_figure
 
 @pytest.fixture(scope="module")
 def runs():
-    return with_variants(load_scenario("planar3r", ["simulation.dt=0.01"])).run()
+    return with_variants(load_scenario("planar3r", ["simulation.dt=0.01"])).build().run()
 
 
 def test_every_installed_law_of_the_package_is_compared():

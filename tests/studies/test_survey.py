@@ -21,15 +21,15 @@ LAWS = ["pseudoinverse", "null-space-vector", "modified-null-space-vector", "jmd
 
 
 @pytest.fixture(scope="module")
-def scenarios():
-    return {name: load_scenario(name, ["simulation.dt=5e-3"]) for name in NAMES}
+def setups():
+    return {name: load_scenario(name, ["simulation.dt=5e-3"]).build() for name in NAMES}
 
 
 @pytest.fixture(scope="module")
-def surveyed(scenarios):
+def surveyed(setups):
     """The rows, how many rows there were at each call of keep, and the calls of progress."""
     kept, progress = [], []
-    rows = survey(scenarios, lambda rows: kept.append(list(rows)), lambda label, part: progress.append((label, part)))
+    rows = survey(setups, lambda rows: kept.append(list(rows)), lambda label, part: progress.append((label, part)))
     return rows, kept, progress
 
 
@@ -83,8 +83,8 @@ def test_ratio_is_the_peak_torque_over_that_of_the_pseudoinverse_law_on_the_same
             assert each.peak_ratio * mine[REFERENCE].peak_torque == pytest.approx(each.peak_torque)
 
 
-def test_rows_say_what_the_summaries_of_the_runs_say(scenarios, rows):
-    runs = scenarios["planar3r"].run()
+def test_rows_say_what_the_summaries_of_the_runs_say(setups, rows):
+    runs = setups["planar3r"].run()
     for label, run in runs.items():
         mine, summary = next(each for each in rows if each.controller == label), summarize(run)
         assert mine.peak_torque == max(summary["peak_torque"]) == np.abs(run.tau).max()
@@ -101,8 +101,8 @@ def test_rows_of_an_arm_with_several_joints_to_spare(rows):
     assert len({each.minors for each in panda}) == 1
 
 
-def test_a_scenario_without_the_pseudoinverse_law_has_no_ratios(scenarios):
-    runs = {label: run for label, run in scenarios["planar3r"].run().items() if label == "jmdc"}
+def test_a_scenario_without_the_pseudoinverse_law_has_no_ratios(setups):
+    runs = {label: run for label, run in setups["planar3r"].run().items() if label == "jmdc"}
     assert [each.peak_ratio for each in survey_rows("planar3r", runs)] == [None]
 
 

@@ -138,11 +138,8 @@ def test_the_links_of_the_exploding_arm_change_colour(two):
 
 @pytest.mark.parametrize("scenario", ["panda-xyz", "ur5-xyz"])
 def test_a_robot_of_meshes_is_drawn_whole_and_moves(browser, tmp_path, scenario):
-    described = load_scenario(Path(scenario), ["simulation.dt=0.005"])
-    arm = described.arm()
-    run = ac.simulate(
-        described.laws(arm)["jmdc"], described.trajectory.build(), q0=described.start_configuration(arm), dt=5e-3
-    )
+    setup = load_scenario(Path(scenario), ["simulation.dt=0.005"]).build()
+    run = ac.simulate(setup.laws["jmdc"], setup.trajectory, q0=setup.q0, dt=5e-3)
     views.replay(run, tmp_path / "replay.html")
     page = browser()
     page.open((tmp_path / "replay.html").as_uri())

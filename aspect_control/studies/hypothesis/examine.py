@@ -83,10 +83,10 @@ def time_estimate(experiment: Experiment, samples: int, workers: int) -> float:
     """
     _require_counts(samples, workers)
     draw, own, dt = experiment.draw(0), experiment.own_line, experiment.dt
-    laws, duration = experiment.scenario.laws(experiment.arm), min(_TIMED_SAMPLES * dt, draw.line.duration)
+    duration = min(_TIMED_SAMPLES * dt, draw.line.duration)
     line = StraightLine(draw.line.displacement * (duration / draw.line.duration) ** 2, duration, draw.line.profile)
     started = time.perf_counter()
-    for label, law in laws.items():
+    for label, law in experiment.setup.laws.items():
         outcome(label, completed(simulate(law, line, q0=draw.q0, dt=dt, events=())), None)
     per_second = (time.perf_counter() - started) / duration
     return per_second * own.duration * samples / max(1, min(workers, samples))

@@ -13,7 +13,6 @@ import numpy as np
 
 from ...arm import Arm
 from ...checks import positive, whole_number
-from ...controllers import Controller
 from ...exceptions import (
     AspectBorderWarning,
     ParameterError,
@@ -23,9 +22,9 @@ from ...exceptions import (
     UnknownNameError,
 )
 from ...redundancy import Array
-from ...scenario import Scenario
+from ...scenario import Scenario, Setup
 from ...scenario.sections import ControllerSection
-from ...simulation import Diverged, Event, Run, TrackingLost, WorkspaceLeft, completed, simulate
+from ...simulation import Diverged, Run, TrackingLost, WorkspaceLeft, completed, simulate
 from ...trajectories import StraightLine
 
 SHORTEST, LONGEST = 0.5, 1.5
@@ -36,6 +35,9 @@ ABLATION = "jmdc-without-minor-measure"
 
 MOST_DRAWS = 10_000
 """Pairs of postures after which a line that fits is given up."""
+
+ENDING = (Diverged, WorkspaceLeft, TrackingLost)
+"""The events of the scenario that end a run."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,7 @@ class Experiment:
 
     Attributes:
         name: Name of the scenario.
-        scenario: The scenario; its start is not used.
+        scenario: The scenario; it is built as a whole, but its start is not used.
         seed: Seed of all draws.
         dt: Sampling time, s.
     """
@@ -105,11 +107,6 @@ class Experiment:
             AspectControlError: If the scenario does not fit the robot.
         """
         seed = whole_number("seed", seed, 0)
-        if not isinstance(scenario.trajectory.build(), StraightLine):
-            raise ScenarioError(
-                f"{name}: the trajectory is of kind {scenario.trajectory.kind!r}; straight lines are drawn after the "
-                "scenario's own, so it must be of kind 'line'"
-            )
         sections = {each.run_label: each for each in scenario.controllers}
         if any(each.name == "jmdc" for each in sections.values()):
             section = ControllerSection.model_validate({"name": "jmdc", "label": ABLATION, "kappa": 0.0})
@@ -120,7 +117,11 @@ class Experiment:
         chosen = [sections[label] for label in (sections if laws is None else dict.fromkeys(laws))]
         described = Scenario.model_validate({**dict(scenario), "controllers": chosen})
         experiment = cls(name, described, seed, positive("dt", dt, "s"))
-        described.laws(experiment.arm)
+        if not isinstance(experiment.setup.trajectory, StraightLine):
+            raise ScenarioError(
+                f"{name}: the trajectory is of kind {scenario.trajectory.kind!r}; straight lines are drawn after the "
+                "scenario's own, so it must be of kind 'line'"
+            )
         if experiment.own_line.task_dim != experiment.arm.task_dim:
             raise ShapeError(
                 f"{name}: the line has {experiment.own_line.task_dim} task coordinates, the arm's task "
@@ -133,19 +134,24 @@ class Experiment:
         return experiment
 
     @cached_property
+    def setup(self) -> Setup:
+        """What the scenario describes, built once a process."""
+        return self.scenario.build()
+
+    @property
     def arm(self) -> Arm:
         """The arm."""
-        return self.scenario.arm()
+        return self.setup.arm
 
     @property
     def laws(self) -> tuple[str, ...]:
         """Labels of the laws."""
         return tuple(each.run_label for each in self.scenario.controllers)
 
-    @cached_property
+    @property
     def own_line(self) -> StraightLine:
         """The scenario's own line."""
-        line = self.scenario.trajectory.build()
+        line = self.setup.trajectory
         assert isinstance(line, StraightLine)  # noqa: S101
         return line
 
@@ -210,26 +216,23 @@ class Experiment:
             UnknownNameError: If there is no such law.
             AspectControlError: As `simulate` does.
         """
-        if law not in self._controllers:
-            raise UnknownNameError(law, self._controllers, context=self.name, kind="law")
-        draw, limits = self.draw(index), self.scenario.limits
-        events: tuple[Event, ...] = (Diverged(limits.speed), WorkspaceLeft(), TrackingLost(limits.tracking))
+        setup = self.setup
+        if law not in setup.laws:
+            raise UnknownNameError(law, setup.laws, context=self.name, kind="law")
+        draw = self.draw(index)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", AspectBorderWarning)
             warnings.simplefilter("ignore", UndefinedCriterionWarning)
             run = simulate(
-                self._controllers[law],
+                setup.laws[law],
                 draw.line,
                 q0=draw.q0,
                 dt=dt or self.dt,
-                integrator=self.scenario.simulation.integrator,
-                events=events,
+                plant=setup.plant,
+                integrator=setup.integrator,
+                events=[event for event in setup.events if isinstance(event, ENDING)],
             )
         return completed(run)
-
-    @cached_property
-    def _controllers(self) -> dict[str, Controller]:
-        return self.scenario.laws(self.arm)
 
     @property
     def _units(self) -> list[str]:

@@ -67,16 +67,24 @@ def planar_arm() -> Arm:
     return Arm.from_urdf(model_path("planar3r.urdf"), frame="tool", task="xy", gravity=(0.0, 0.0, 0.0))
 
 
-def run_law(law: str, dt: float, progress: Callable[[float], None] | None = None, **parameters: Any) -> Run:
+def run_law(
+    law: str,
+    dt: float,
+    progress: Callable[[float], None] | None = None,
+    *,
+    planar: Arm | None = None,
+    **parameters: Any,
+) -> Run:
     """Run one law on trajectory A.
 
     Args:
         law: Registry name of the law.
         dt: Sampling time, s.
         progress: As for `simulate`.
+        planar: The paper's arm; `planar_arm()` unless given.
         **parameters: The law's parameters, where they are not the defaults.
     """
-    controller = controllers.create(law, planar_arm(), **parameters)
+    controller = controllers.create(law, planar_arm() if planar is None else planar, **parameters)
     return completed(simulate(controller, TRAJECTORY, q0=Q0, dt=dt, progress=progress))
 
 
@@ -93,13 +101,16 @@ def reproduce(
         keep: Called with the name and the run of each law as soon as it is there.
         progress: Called with what is being done and the part of all work that is done, 0 to 1.
     """
+    planar = planar_arm()
     total = 2.0 / dt * (len(LAWS) + 2) + sum(2.0 / finer for finer in SAMPLING_TIMES)
     done = 0.0
 
     def run(label: str, law: str, dt: float, **parameters: Any) -> Run:
         nonlocal done
         samples = 2.0 / dt
-        result = run_law(law, dt, lambda part: progress(label, (done + part * samples) / total), **parameters)
+        result = run_law(
+            law, dt, lambda part: progress(label, (done + part * samples) / total), planar=planar, **parameters
+        )
         done += samples
         return result
 
@@ -112,5 +123,5 @@ def reproduce(
     without = run("jmdc with κ = 0", "jmdc", dt, kappa=0.0)
     refined = [run(f"null-space-vector at {finer:g} s", "null-space-vector", finer) for finer in SAMPLING_TIMES]
     progress("null-space-vector in continuous time", 1.0)
-    limit = continuous_limit(controllers.NullSpaceVector(planar_arm()), TRAJECTORY, Q0)
+    limit = continuous_limit(controllers.NullSpaceVector(planar), TRAJECTORY, Q0)
     return Reproduction(dt, runs, dead_beat, without, refined, limit)

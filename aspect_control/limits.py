@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .checks import real_array
-from .exceptions import ParameterError, ShapeError
+from .exceptions import ParameterError, ShapeError, shown
 from .redundancy import Array
 
 FROM_FILE = "urdf"
@@ -74,7 +74,7 @@ def joint_range(
     try:
         below, above = value
     except (TypeError, ValueError):
-        raise ShapeError(f"{name} must be a pair (lower, upper), 'urdf' or None, got {value!r}") from None
+        raise ShapeError(f"{name} must be a pair (lower, upper), 'urdf' or None, got {shown(value)}") from None
     lower, upper = _numbers(f"{name}[0]", below, size), _numbers(f"{name}[1]", above, size)
     for i in np.flatnonzero(~(lower < upper)):
         given = f"[{lower[i]:g}, {upper[i]:g}] {unit} for joint {i + 1}"
@@ -84,7 +84,7 @@ def joint_range(
 
 def _of_file(name: str, value: str, of_file: Array | None, expected: str) -> Array:
     if value != FROM_FILE or of_file is None:
-        raise ParameterError(f"{name} must be {expected}, got {value!r}")
+        raise ParameterError(f"{name} must be {expected}, got {shown(value)}")
     if not np.isfinite(of_file).any():
         raise ParameterError(f"{name} = 'urdf': the robot's description has no such limit; give numbers, or None")
     return of_file

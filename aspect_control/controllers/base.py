@@ -157,7 +157,13 @@ class Controller(ABC):
         """Return the joint torque of the law, shape (nv,), N m, for a valid state and target."""
 
     def start(self, q: Array, v: Array, dt: float) -> None:  # noqa: B027
-        """Set the law's memory for a motion that starts at (q, v); nothing to do for a law without memory."""
+        """Set the law's memory for a motion that starts at (q, v); nothing to do for a law without memory.
+
+        Args:
+            q: Joint configuration, shape (nq,), rad.
+            v: Joint velocity, shape (nv,), rad/s.
+            dt: Sampling time, s.
+        """
 
     def _checked(self, tau: Any, state: ArmState) -> Array:
         """Return a law's result as a torque, or say what is wrong with it."""

@@ -16,7 +16,7 @@ class InverseConditionNumber(JacobianCriterion):
     name = "inverse-condition-number"
 
     def value(self, state: ArmState) -> float:
-        """Return H, between 0 and 1."""
+        """Return H, dimensionless, between 0 and 1."""
         return float(inverse_condition_number(state.J))
 
     def gradient(self, state: ArmState) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..checks import finite_vector, positive
-from ..exceptions import ParameterError, UnknownNameError
+from ..exceptions import ParameterError, UnknownNameError, shown
 from ..redundancy import Array, box_distance, sphere_distance
 
 
@@ -108,7 +108,7 @@ def obstacles_of(kind: type[Kind], name: str, given: Iterable[Kind | Mapping[str
         AspectControlError: As the obstacle's constructor does.
     """
     if isinstance(given, (str, Mapping)) or not isinstance(given, Iterable):
-        raise ParameterError(f"{name} must be a list of {kind.__name__} or of tables, got {given!r}")
+        raise ParameterError(f"{name} must be a list of {kind.__name__} or of tables, got {shown(given)}")
     return tuple(_obstacle_of(kind, f"{name}[{i}]", each) for i, each in enumerate(given))
 
 
@@ -118,13 +118,15 @@ def _obstacle_of(kind: type[Kind], name: str, given: Kind | Mapping[str, Any]) -
     known = [field.name for field in fields(kind)]
     needed = known[:2]
     if not isinstance(given, Mapping):
-        raise ParameterError(f"{name} must be a {kind.__name__} or a table with {' and '.join(needed)}, got {given!r}")
+        raise ParameterError(
+            f"{name} must be a {kind.__name__} or a table with {' and '.join(needed)}, got {shown(given)}"
+        )
     for key in given:
         if key not in known:
             raise UnknownNameError(key, known, context=name, kind="field")
     missing = [key for key in needed if key not in given]
     if missing:
-        raise ParameterError(f"{name} lacks {' and '.join(missing)}, got {dict(given)}")
+        raise ParameterError(f"{name} lacks {' and '.join(missing)}, got {shown(dict(given))}")
     return kind(**given)
 
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..arm.tasks import AXES, POSITION_AXES, Task
 from ..checks import finite_vector, positive, real_array, require_finite
-from ..exceptions import ParameterError, ShapeError
+from ..exceptions import ParameterError, ShapeError, shown
 from ..redundancy import Array
 from .path import PathTrajectory
 from .profiles import SAME_INSTANT, Progress
@@ -47,7 +47,9 @@ class Waypoints(PathTrajectory):
         """
         self.points = _matrix("points", points)
         if (duration is None) == (times is None):
-            raise ParameterError(f"give either duration or times, got duration={duration!r} and times={times!r}")
+            raise ParameterError(
+                f"give either duration or times, got duration={shown(duration)} and times={shown(times)}"
+            )
         through = np.vstack([np.zeros(self.points.shape[1]), self.points])
         if times is None:
             self.times = None

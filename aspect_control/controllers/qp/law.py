@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...arm import Arm, ArmState
-from ...checks import non_negative, positive
-from ...exceptions import UnknownNameError
+from ...checks import known_name, non_negative, positive
 from ...redundancy import Array
 from ...trajectories import Target
 from ..base import TaskSpaceController
@@ -149,9 +148,7 @@ class QPTorque(TaskSpaceController):
         self.position_limit = limits.lower, limits.upper
         self.damping = non_negative("damping", damping, "1/s")
         self.horizon = positive("horizon", horizon, "s")
-        if stability not in STABILITIES:
-            raise UnknownNameError(stability, STABILITIES, kind="stability")
-        self.stability = stability
+        self.stability = known_name(stability, STABILITIES, "stability")
         self._torque_limits_alone = stability == "none" and not self.limits.bound_acceleration
         self._nothing_held = np.zeros(arm.nv + 1)
         self.solver, chosen = solver, find_solver(solver)

@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ...exceptions import UnknownNameError
+from ...checks import known_name
 from ...redundancy import Array
 from .program import TASK_WEIGHT, Program
 
@@ -122,11 +122,10 @@ def find_solver(name: object) -> Solver:
     """
     import qpsolvers
 
-    if name not in qpsolvers.available_solvers:
-        raise UnknownNameError(name, sorted(qpsolvers.available_solvers), kind="QP solver")
-    if name == "daqp":
+    known = known_name(name, sorted(qpsolvers.available_solvers), "QP solver")
+    if known == "daqp":
         return DAQP()
-    return KeptOSQP() if name == "osqp" else ThroughQpsolvers(str(name))
+    return KeptOSQP() if known == "osqp" else ThroughQpsolvers(known)
 
 
 def _without_rounding(multipliers: Array) -> Array:

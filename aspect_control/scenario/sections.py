@@ -194,7 +194,7 @@ class LimitsSection(Section):
             named: What `[[events]]` names; such an event stands in the place of one of the same name here.
 
         Raises:
-            AspectControlError: As `simulation.events.create` does.
+            AspectControlError: As `simulation.events.create` does, or if an event does not fit the arm.
         """
         events: list[Event] = [Diverged(self.speed), WorkspaceLeft(), TrackingLost(self.tracking)]
         if self.manipulability is not None:
@@ -205,7 +205,10 @@ class LimitsSection(Section):
             events.append(JointLimit())
         taken = {each.name for each in named}
         added = [EVENTS.create(each.name, arm, **each.parameters) for each in named]
-        return [each for each in events if each.name not in taken] + added
+        chosen = [each for each in events if each.name not in taken] + added
+        for event in chosen:
+            event.require_fits(arm)
+        return chosen
 
 
 @contextmanager

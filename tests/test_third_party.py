@@ -327,7 +327,7 @@ def test_a_scenario_whose_law_is_not_installed_is_one_line(installed):
 def test_a_plant_or_an_integrator_that_is_not_installed_is_refused(installed, settings, words):
     scenario = load_scenario(installed.folder / "mine.toml", [HOLD, "events=[]", PLAIN, *settings])
     with pytest.raises(ac.AspectControlError, match=words):
-        scenario.run()
+        scenario.build()
 
 
 # A package that cannot be imported, or offers what it should not

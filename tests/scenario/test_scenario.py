@@ -667,7 +667,7 @@ def test_a_plant_and_an_integrator_are_found_by_name_alone_or_in_a_table(tmp_pat
     dt = "simulation.dt=5e-3"
     tables = [dt, "simulation.plant={name='rigid-body'}", "simulation.integrator={name='rk4'}"]
     names = [dt, "simulation.plant=rigid-body", "simulation.integrator=rk4"]
-    plain, named, tabled = (planar(tmp_path, settings=each).run()["pseudoinverse"] for each in ([dt], names, tables))
+    plain, named, tabled = (pseudoinverse_run(tmp_path, settings=each) for each in ([dt], names, tables))
     assert len({run.tau.tobytes() for run in (plain, named, tabled)}) == 1
 
 
@@ -682,7 +682,7 @@ def test_a_plant_and_an_integrator_are_found_by_name_alone_or_in_a_table(tmp_pat
 )
 def test_a_plant_or_an_integrator_that_is_none_is_refused(tmp_path, setting, words):
     with pytest.raises(AspectControlError, match=words):
-        planar(tmp_path, settings=[setting]).run()
+        planar(tmp_path, settings=[setting]).build().run()
 
 
 @pytest.mark.parametrize(
@@ -698,14 +698,14 @@ def test_a_plant_or_an_integrator_that_is_none_is_refused(tmp_path, setting, wor
 def test_an_event_by_name_ends_a_run(tmp_path, event, status, words):
     planar_urdf(tmp_path / "arm.urdf", 'lower="-2.46" upper="2.46" effort="4" velocity="9"')
     settings = ["simulation.dt=5e-3", "trajectory.displacement=[-0.1, 0]", f"events=[{event}]"]
-    run = planar(tmp_path, robot='urdf = "arm.urdf"', settings=settings).run()["pseudoinverse"]
+    run = pseudoinverse_run(tmp_path, robot='urdf = "arm.urdf"', settings=settings)
     assert run.status == status
     assert words in run.message
 
 
 def test_an_event_by_name_stands_in_the_place_of_the_one_of_limits(tmp_path):
     settings = ["limits.tracking=1e-6", "events=[{name='tracking-lost', distance=0.5}]"]
-    early, late = (planar(tmp_path, settings=each).run()["pseudoinverse"] for each in (settings[:1], settings))
+    early, late = (pseudoinverse_run(tmp_path, settings=each) for each in (settings[:1], settings))
     assert (early.status, late.status) == ("tracking lost", "finished")
 
 

@@ -213,7 +213,12 @@ assert run.status == "finished", run.message
     assert not loaded & (HEAVY - SOLVERS if law == "qp" else HEAVY)
 
 
-# How long a file is
+# What a file is called and how long it is
+
+
+def test_a_name_of_a_file_says_what_is_in_it_and_no_other_file_has_it():
+    names = [file.name for file in FILES if file.name not in {"__init__.py", "registry.py"}]
+    assert not {name for name in names if names.count(name) > 1}
 
 
 @pytest.mark.parametrize("folder", [PACKAGE, Path(__file__).parents[1] / "benchmarks"], ids=lambda each: each.name)

@@ -4,6 +4,6 @@ from __future__ import annotations
 
 from .arm import Arm
 from .arm_state import ArmState
-from .minors import BORDER_TOLERANCE
+from .task_minors import BORDER_TOLERANCE
 
 __all__ = ["BORDER_TOLERANCE", "Arm", "ArmState"]

@@ -19,9 +19,9 @@ from .description import ArmDescription, LockedJoints
 from .inertia import require_possible_bodies
 from .joint_coordinates import JointCoordinates
 from .kinematics import Kinematics
-from .minors import TaskMinors
 from .sources.pinocchio_model import record_chain
 from .sources.urdf import mimic_joints, parse_urdf, read_urdf
+from .task_minors import TaskMinors
 from .tasks import Task, TaskChoice, TaskValue
 
 

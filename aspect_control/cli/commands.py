@@ -1,6 +1,7 @@
 """All commands of the application."""
 
-from . import motions, comparisons, postures, listings  # isort: skip  # noqa: F401  the order is that of the help
+# In the order of the help.
+from . import motion_commands, comparison_commands, posture_commands, listing_commands  # isort: skip  # noqa: F401
 from .application import app, run
 
 __all__ = ["app", "run"]

@@ -1,6 +1,6 @@
 """Torque laws: one a file, one abstract base, one registry."""
 
-from .base import Controller, TaskSpaceController
+from .controller import Controller, TaskSpaceController
 from .damped_null_space import DampedNullSpace
 from .inertia_weighted import InertiaWeighted
 from .jmdc import JMinorDynamicControl

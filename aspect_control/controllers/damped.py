@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..arm import Arm
 from ..checks import non_negative
-from .base import TaskSpaceController
+from .controller import TaskSpaceController
 
 
 class DampedController(TaskSpaceController):

@@ -11,7 +11,7 @@ from ..checks import known_name
 from ..exceptions import NotResetError
 from ..redundancy import Array, brake_torque, dead_beat_torque, switched_torque
 from ..trajectories import Target
-from .base import TaskSpaceController
+from .controller import TaskSpaceController
 
 SWITCHINGS = ("hard", "dead-beat", "brake")
 """How the null-space term may be switched."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..arm import ArmState
 from ..redundancy import Array, pseudoinverse_torque
 from ..trajectories import Target
-from .base import TaskSpaceController
+from .controller import TaskSpaceController
 
 
 class Pseudoinverse(TaskSpaceController):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..exceptions import ControllerLoadError, ControllerNotFoundError
 from ..registry import Registry, describe_parameters, parameter_names
-from .base import Controller
+from .controller import Controller
 
 __all__ = ["CONTROLLERS", "available", "create", "describe_parameters", "find", "parameter_names"]
 

@@ -14,9 +14,9 @@ from ..checks import is_finite, non_negative
 from ..criteria import Criterion
 from ..exceptions import NonFiniteError, NotResetError
 from ..redundancy import Array
-from ..redundancy.resolved_motion import computed_torque, resolved_velocity
+from ..redundancy.resolved_velocity import computed_torque, resolved_velocity
 from ..trajectories import Target
-from .base import Controller
+from .controller import Controller
 
 
 class JointMotion(NamedTuple):

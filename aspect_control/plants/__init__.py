@@ -1,6 +1,6 @@
 """What an arm does under a torque: one plant a file, one abstract base, one registry."""
 
-from .base import Plant
+from .plant import Plant
 from .registry import available, create, describe_parameters, find, parameter_names
 from .rigid_body import RigidBodyPlant
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..registry import Registry, describe_parameters, parameter_names
-from .base import Plant
+from .plant import Plant
 
 __all__ = ["PLANTS", "available", "create", "describe_parameters", "find", "parameter_names"]
 

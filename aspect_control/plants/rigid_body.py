@@ -6,7 +6,7 @@ import pinocchio as pin
 
 from ..arm import Arm
 from ..redundancy import Array
-from .base import Plant
+from .plant import Plant
 
 
 class RigidBodyPlant(Plant):

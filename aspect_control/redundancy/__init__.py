@@ -14,6 +14,7 @@ from .criteria import (
     velocity_compatibility,
     velocity_compatibility_gradient,
 )
+from .generalized_inverse import null_space_basis, null_space_projector, pseudoinverse
 from .gradients import manipulability_gradient, minor_measure_gradient
 from .kernels import compile_kernels, kernels_compiled
 from .minors import (
@@ -30,7 +31,6 @@ from .minors import (
     time_to_border,
 )
 from .null_vector import null_vector
-from .pseudoinverse import null_space_basis, null_space_projector, pseudoinverse
 from .stability import (
     brake_torque,
     dead_beat_torque,

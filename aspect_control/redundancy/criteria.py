@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .array import Array
-from .pseudoinverse import RANK_TOLERANCE
+from .generalized_inverse import RANK_TOLERANCE
 
 CONTACT = 0.1
 """Part of the influence distance below which the repulsive potential goes on as a straight line."""

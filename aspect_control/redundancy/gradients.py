@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .array import Array, Matrix, Table, Tensor, Vector
+from .generalized_inverse import pseudoinverse
 from .kernels import kernel
 from .minors import BORDER, minor_columns
-from .pseudoinverse import pseudoinverse
 
 MAX_TERMS = 2_000_000
 """The most terms of a Laplace expansion: 64 MB of indices. A task of six coordinates at most needs far fewer."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from .array import Array, Matrix, Vector
+from .generalized_inverse import least_norm_solution
 from .kernels import kernel
-from .pseudoinverse import least_norm_solution
 
 
 @kernel

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,14 +15,15 @@ from ..plants import Plant
 from ..redundancy import Array
 from ..simulation import Event, Integrator, Moment, Run, completed, simulate
 from ..trajectories import Trajectory
-from .sections import RobotSection, StartSection
+from .sections import EventSection, LimitsSection, RobotSection, StartSection
 
 
 @dataclass(frozen=True, eq=False)
 class Setup:
     """What `Scenario.build` makes of a scenario file, and how it is run.
 
-    The laws share the arm; each is reset when its run begins.
+    The laws share the arm; each is reset when its run begins. Plant, integrator and events serve every run and must
+    carry nothing from one to the next.
 
     Attributes:
         arm: The arm.
@@ -153,6 +154,18 @@ def start_velocity(start: StartSection, arm: Arm) -> Array:
         ShapeError: If there is not one velocity a joint.
     """
     return finite_vector("start.velocities", np.zeros(arm.nv) if start.velocities is None else start.velocities, arm.nv)
+
+
+def fitting_events(limits: LimitsSection, named: Sequence[EventSection], arm: Arm) -> tuple[Event, ...]:
+    """Return the events of `[limits]` and `[[events]]`.
+
+    Raises:
+        AspectControlError: If one does not fit the arm.
+    """
+    events = tuple(limits.events(arm, named))
+    for event in events:
+        event.require_fits(arm)
+    return events
 
 
 def _share(

@@ -9,16 +9,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from .figures.animation import animate
-from .figures.atlas import atlas_figure, stability_figure
-from .figures.comparison import torque_figure
-from .figures.hypothesis import hypothesis_figure
-from .figures.runs import comparison_figure, run_figure, save_figure
-from .figures.self_motion import self_motion_figure
-from .figures.survey import survey_figure
-from .reports.comparison import comparison_report
-from .reports.hypothesis import hypothesis_report, hypothesis_rows, hypothesis_verdict
-from .reports.reproduction import reproduction_report
-from .reports.survey import survey_report
+from .figures.atlas_figures import atlas_figure, stability_figure
+from .figures.hypothesis_figure import hypothesis_figure
+from .figures.run_figures import comparison_figure, run_figure, save_figure
+from .figures.self_motion_figure import self_motion_figure
+from .figures.survey_figure import survey_figure
+from .figures.torque_figure import torque_figure
+from .reports.comparison_report import comparison_report
+from .reports.hypothesis_report import hypothesis_report, hypothesis_rows, hypothesis_verdict
+from .reports.reproduction_report import reproduction_report
+from .reports.survey_report import survey_report
 from .style import law_name, plain_text
 
 if TYPE_CHECKING:

@@ -101,9 +101,8 @@ def test_the_summary_has_the_minima(leaving):
 
 @pytest.mark.parametrize("name", ["planar3r", "panda-xyz", "kinova-xyz"])
 def test_a_prediction_says_where_the_run_will_leave_its_aspect(name):
-    scenario = load_scenario(name)
-    arm = scenario.arm()
-    q0, trajectory = scenario.start_configuration(arm), scenario.trajectory.build()
+    setup = load_scenario(name).build()
+    arm, q0, trajectory = setup.arm, setup.q0, setup.trajectory
     for law in ("pseudoinverse", "jmdc"):
         controller = controllers.create(law, arm)
         coarse = preview(controller, trajectory, q0=q0)

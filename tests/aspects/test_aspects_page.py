@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from aspect_control import aspects
-from aspect_control.analysis.self_motion import self_motion_of_run
+from aspect_control.analysis.self_motion_of_run import self_motion_of_run
 from aspect_control.resources import scenario_paths
 from aspect_control.scenario import load_scenario
 from aspect_control.studies.paper import trajectory_a as paper

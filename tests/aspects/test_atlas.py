@@ -10,7 +10,7 @@ import pytest
 
 from aspect_control import aspects
 from aspect_control.analysis import minor_zero_crossings
-from aspect_control.analysis.atlas import atlas_record
+from aspect_control.analysis.atlas_record import atlas_record
 from aspect_control.cli import main
 from aspect_control.exceptions import JointNotFoundError, ParameterError
 from aspect_control.studies.paper import trajectory_a as paper
@@ -209,7 +209,7 @@ def test_atlas_figure_shows_signatures_borders_paths_and_crossings(planar_atlas,
 def test_colours_of_antipodes_are_light_and_dark_of_one_hue(planar_atlas):
     from matplotlib.colors import rgb_to_hsv
 
-    from aspect_control.views.figures.atlas import _signature_colours
+    from aspect_control.views.figures.atlas_figures import _signature_colours
 
     signs = planar_atlas.signatures[0]
     colours = {

@@ -6,7 +6,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.interpolate import CubicSpline
 
 from aspect_control import Hold, Target, aspects, controllers, simulate
-from aspect_control.analysis.self_motion import self_motion_of_run
+from aspect_control.analysis.self_motion_of_run import self_motion_of_run
 from aspect_control.arm import Arm
 from aspect_control.exceptions import ParameterError
 from aspect_control.plants import RigidBodyPlant

@@ -28,7 +28,7 @@ from aspect_control.exceptions import (
     UnknownNameError,
 )
 from aspect_control.trajectories import Hold, StraightLine
-from aspect_control.views.replays.scene.recorder import CommandRecorder
+from aspect_control.views.replays.scene.command_recorder import CommandRecorder
 from aspect_control.views.replays.scene.robot import Robot, joint_poses
 from example_arms import example_arm
 

@@ -12,11 +12,11 @@ from ...arm import Arm, ArmState
 from ...checks import known_name, non_negative, positive
 from ...redundancy import Array
 from ...trajectories import Target
-from ..base import TaskSpaceController
-from .limits import JointLimits
+from ..controller import TaskSpaceController
+from .acceleration_bounds import JointLimits
 from .program import TOLERANCE, Program, Rows, minimum_on_bounds, open_torques, program_of_rows, torque_on_bounds
+from .self_motion_bound import STABILITIES, self_motion_bound
 from .solvers import DAQP, NoSolutionFound, find_solver
-from .stability import STABILITIES, self_motion_bound
 
 if TYPE_CHECKING:
     import qpsolvers

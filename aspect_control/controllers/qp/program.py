@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...redundancy.array import Array, Matrix, Vector
+from ...redundancy.generalized_inverse import RANK_TOLERANCE
 from ...redundancy.kernels import kernel
-from ...redundancy.pseudoinverse import RANK_TOLERANCE
 
 if TYPE_CHECKING:
     import qpsolvers

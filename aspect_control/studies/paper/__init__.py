@@ -6,11 +6,11 @@ A verdict is computed from the measurement, by the criterion that stands in the 
 from __future__ import annotations
 
 from .claim import AGREES, DIFFERS, NOT_MEASURED, PARTLY, Claim, torque_peaks
-from .cost import cost_claims
-from .hypothesis import hypothesis_claims
-from .jmdc import jmdc_claims
-from .modified import modified_claims
-from .null_space_vector import minors_claims, null_space_vector_claims
+from .cost_claims import cost_claims
+from .hypothesis_claims import hypothesis_claims
+from .jmdc_claims import jmdc_claims
+from .modified_claims import modified_claims
+from .null_space_vector_claims import minors_claims, null_space_vector_claims
 from .trajectory_a import Reproduction
 
 __all__ = ["AGREES", "DIFFERS", "NOT_MEASURED", "PARTLY", "Claim", "claims", "torque_peaks"]

@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from ....arm import Arm
 from ....redundancy import Array
-from .recorder import CommandRecorder
+from .command_recorder import CommandRecorder
 from .robot import Robot
 
 MARGIN = 0.25

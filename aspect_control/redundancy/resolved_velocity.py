@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from .array import Matrix, Vector
+from .generalized_inverse import least_norm_solution
 from .kernels import kernel
-from .pseudoinverse import least_norm_solution
 
 
 @kernel

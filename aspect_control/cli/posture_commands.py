@@ -77,7 +77,7 @@ def atlas(
     ] = None,
 ) -> None:
     """Draw aspects, borders and minor measure over a slice of configurations, and the laws' paths over them."""
-    from ..analysis.atlas import atlas_record
+    from ..analysis.atlas_record import atlas_record
     from ..aspects import JointSlice, SelfMotionSlice, compute_atlas, estimated_time
     from ..exceptions import ParameterError
     from ..files import output_folder, write_text

@@ -10,7 +10,7 @@ import numpy as np
 from ..aspects import Atlas, growth, self_motion
 from ..simulation import Run
 from .metrics import minor_zero_crossings
-from .self_motion import self_motion_of_run
+from .self_motion_of_run import self_motion_of_run
 
 _COMPARED = 200
 """Samples of a path whose signs are compared with those of the slice."""

@@ -15,7 +15,7 @@ from aspect_control.controllers import Controller
 from aspect_control.criteria import Criterion
 from aspect_control.exceptions import ParameterError, UnknownNameError
 from aspect_control.plants import Plant, RigidBodyPlant
-from aspect_control.simulation import Event, Integrator, Moment
+from aspect_control.simulation import Event, Integrator, Sample
 from garbage import anything, assert_works_or_is_refused
 
 KINDS = {
@@ -81,7 +81,7 @@ def what_it_does(made):
         targets = [made.target(t, X) for t in (-1.0, 0.0, 0.2, 0.5, 0.9, 1.0, 2.0)]
         return [(target.x, target.dx, target.ddx) for target in targets] + [made.breakpoints, made.duration]
     if isinstance(made, Event):
-        return [made.status, made.check(Moment(ARM, 0.5, Q, V, TAU, ac.Target(X + 1.0, [0.0, 0.0], [0.0, 0.0])))]
+        return [made.status, made.check(Sample(ARM, 0.5, Q, V, TAU, ac.Target(X + 1.0, [0.0, 0.0], [0.0, 0.0])))]
     if isinstance(made, Integrator):
         return made.step(RigidBodyPlant(ARM), Q, V, TAU, DT)
     assert isinstance(made, Plant)

@@ -23,7 +23,7 @@ from .sections import (
     StartSection,
     TrajectorySection,
 )
-from .setup import Setup, build_arm, fitting_events, start_configuration, start_velocity
+from .setup import Setup, build_arm, start_configuration, start_velocity
 
 RESERVED_LABEL = "comparison"
 """The name of the figure that shows all runs of a scenario."""
@@ -88,7 +88,7 @@ class Scenario(Section):
                 for each in self.controllers
                 if each.run_label in wanted
             },
-            events=fitting_events(self.limits, self.events, arm),
+            events=tuple(self.limits.events(arm, self.events)),
             plant=PLANTS.make(simulation.plant, arm),
             dt=simulation.dt,
             integrator=INTEGRATORS.make(simulation.integrator, arm),

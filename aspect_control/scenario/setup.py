@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,9 +13,9 @@ from ..checks import finite_vector
 from ..controllers import Controller
 from ..plants import Plant
 from ..redundancy import Array
-from ..simulation import Event, Integrator, Moment, Run, completed, simulate
+from ..simulation import Event, Integrator, Run, Sample, completed, simulate
 from ..trajectories import Trajectory
-from .sections import EventSection, LimitsSection, RobotSection, StartSection
+from .sections import RobotSection, StartSection
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class Setup:
         keep: Callable[[str, Run], None],
         progress: Callable[[str, float], None] | None = None,
         before: Callable[[str, Controller], None] | None = None,
-        watch: Callable[[str], Callable[[Moment], None]] | None = None,
+        watch: Callable[[str], Callable[[Sample], None]] | None = None,
     ) -> None:
         """Run every law and hand each run over as soon as it is there.
 
@@ -154,18 +154,6 @@ def start_velocity(start: StartSection, arm: Arm) -> Array:
         ShapeError: If there is not one velocity a joint.
     """
     return finite_vector("start.velocities", np.zeros(arm.nv) if start.velocities is None else start.velocities, arm.nv)
-
-
-def fitting_events(limits: LimitsSection, named: Sequence[EventSection], arm: Arm) -> tuple[Event, ...]:
-    """Return the events of `[limits]` and `[[events]]`.
-
-    Raises:
-        AspectControlError: If one does not fit the arm.
-    """
-    events = tuple(limits.events(arm, named))
-    for event in events:
-        event.require_fits(arm)
-    return events
 
 
 def _share(

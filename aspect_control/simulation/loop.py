@@ -18,7 +18,7 @@ from ..limits import joint_limit
 from ..plants import Plant, RigidBodyPlant
 from ..plants.registry import PLANTS
 from ..trajectories import Trajectory
-from .events import DEFAULT_EVENTS, Event, Moment
+from .events import DEFAULT_EVENTS, Event, Sample
 from .events.registry import EVENTS
 from .integrators import Integrator
 from .integrators.registry import INTEGRATORS
@@ -39,7 +39,7 @@ def simulate(
     saturation: ArrayLike | str | None = None,
     events: Sequence[Event | str | Mapping[str, Any]] = DEFAULT_EVENTS,
     progress: Callable[[float], None] | None = None,
-    watch: Callable[[Moment], None] | None = None,
+    watch: Callable[[Sample], None] | None = None,
 ) -> Run:
     """Run a law on a trajectory in closed loop and record it.
 
@@ -115,10 +115,10 @@ def simulate(
                 break
             applied = tau if limit is None else np.clip(tau, -limit, limit)
             q, v = recorder.add(q, v, applied, target)
-            moment = Moment(arm, t, q, v, read_only(tau), target)
+            sample = Sample(arm, t, q, v, read_only(tau), target)
             if watch is not None:
-                _call("watch", watch, moment)
-            ended = _event_at(moment, ends)
+                _call("watch", watch, sample)
+            ended = _event_at(sample, ends)
             if ended is not None:
                 end = ended
                 break
@@ -215,15 +215,15 @@ def _events_of(arm: Arm, given: Sequence[Event | str | Mapping[str, Any]]) -> li
     return events
 
 
-def _event_at(moment: Moment, events: Sequence[Event]) -> _End | None:
+def _event_at(sample: Sample, events: Sequence[Event]) -> _End | None:
     """Return the end that the first event brings about, if one does."""
     for event in events:
         try:
-            reason = event.check(moment)
+            reason = event.check(sample)
         except Exception as error:
             raise _CallbackError(type(event).__name__, error) from error
         if reason is not None:
-            return _End(event.status, moment.t, reason)
+            return _End(event.status, sample.t, reason)
     return None
 
 

@@ -1,7 +1,7 @@
 """What ends a run early: one event a file, one abstract base, one registry."""
 
 from .diverged import Diverged
-from .event import Event, Moment
+from .event import Event, Sample
 from .joint_limit import JointLimit
 from .registry import available, create, describe_parameters, find, parameter_names
 from .singular import Singular
@@ -14,7 +14,7 @@ __all__ = [
     "Diverged",
     "Event",
     "JointLimit",
-    "Moment",
+    "Sample",
     "Singular",
     "TorqueLimit",
     "TrackingLost",

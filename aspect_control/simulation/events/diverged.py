@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...checks import positive
-from .event import Event, Moment
+from .event import Event, Sample
 
 
 class Diverged(Event):
@@ -23,11 +23,11 @@ class Diverged(Event):
         """
         self.speed = positive("speed", speed, "rad/s")
 
-    def check(self, moment: Moment) -> str | None:
+    def check(self, sample: Sample) -> str | None:
         """Return why the run ends, or None."""
-        speeds = list(map(abs, moment.v.tolist()))
+        speeds = list(map(abs, sample.v.tolist()))
         speed = max(speeds)
         if speed <= self.speed:
             return None
         joint = speeds.index(speed)
-        return f"joint {moment.arm.joint_names[joint]!r} at {speed:.3g} rad/s, limit {self.speed:g} rad/s"
+        return f"joint {sample.arm.joint_names[joint]!r} at {speed:.3g} rad/s, limit {self.speed:g} rad/s"

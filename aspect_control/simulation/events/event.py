@@ -11,7 +11,7 @@ from ...redundancy import Array
 from ...trajectories import Target
 
 
-class Moment(NamedTuple):
+class Sample(NamedTuple):
     """One sample of a run in the making; its arrays are read-only.
 
     Attributes:
@@ -51,5 +51,5 @@ class Event(ABC):
         """Raise an error of ours if the event does not fit the arm; called before the run starts."""
 
     @abstractmethod
-    def check(self, moment: Moment) -> str | None:
-        """Return why the run ends at this moment, without the time, or None if it goes on."""
+    def check(self, sample: Sample) -> str | None:
+        """Return why the run ends at this sample, without the time, or None if it goes on."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...exceptions import ParameterError
-from .event import Event, Moment
+from .event import Event, Sample
 
 
 class JointLimit(Event):
@@ -12,10 +12,10 @@ class JointLimit(Event):
     name = "joint-limit"
     status = "joint limit"
 
-    def check(self, moment: Moment) -> str | None:
+    def check(self, sample: Sample) -> str | None:
         """Return why the run ends, or None."""
         try:
-            moment.arm.require_within_limits(moment.q)
+            sample.arm.require_within_limits(sample.q)
         except ParameterError as error:
             return str(error)
         return None

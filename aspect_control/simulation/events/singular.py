@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...checks import positive
 from ...redundancy import manipulability
-from .event import Event, Moment
+from .event import Event, Sample
 
 
 class Singular(Event):
@@ -24,7 +24,7 @@ class Singular(Event):
         """
         self.manipulability = positive("manipulability", manipulability)
 
-    def check(self, moment: Moment) -> str | None:
+    def check(self, sample: Sample) -> str | None:
         """Return why the run ends, or None."""
-        w = float(manipulability(moment.arm.jacobian(moment.q)))
+        w = float(manipulability(sample.arm.jacobian(sample.q)))
         return None if w >= self.manipulability else f"manipulability {w:.3g}, limit {self.manipulability:g}"

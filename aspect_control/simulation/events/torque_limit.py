@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from ...arm import Arm
 from ...limits import FROM_FILE, joint_limit
 from ...redundancy import Array
-from .event import Event, Moment
+from .event import Event, Sample
 
 
 class TorqueLimit(Event):
@@ -38,14 +38,14 @@ class TorqueLimit(Event):
         """
         self._limit_of(arm)
 
-    def check(self, moment: Moment) -> str | None:
+    def check(self, sample: Sample) -> str | None:
         """Return why the run ends, or None."""
-        limit = self._limit_of(moment.arm)
-        share = np.abs(moment.tau) / limit
+        limit = self._limit_of(sample.arm)
+        share = np.abs(sample.tau) / limit
         joint = int(share.argmax())
         if share[joint] <= 1.0:
             return None
-        return f"{moment.tau[joint]:.6g} N m at joint {moment.arm.joint_names[joint]!r}, limit {limit[joint]:.6g} N m"
+        return f"{sample.tau[joint]:.6g} N m at joint {sample.arm.joint_names[joint]!r}, limit {limit[joint]:.6g} N m"
 
     def _limit_of(self, arm: Arm) -> Array:
         return joint_limit("limit", self.limit, arm.nv, arm.torque_limit)

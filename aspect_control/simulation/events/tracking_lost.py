@@ -6,7 +6,7 @@ from math import dist
 
 from ...checks import positive
 from ...redundancy import manipulability
-from .event import Event, Moment
+from .event import Event, Sample
 
 
 class TrackingLost(Event):
@@ -26,9 +26,9 @@ class TrackingLost(Event):
         """
         self.distance = positive("distance", distance, "m")
 
-    def check(self, moment: Moment) -> str | None:
+    def check(self, sample: Sample) -> str | None:
         """Return why the run ends, or None."""
-        arm, x_d, x = moment.arm, moment.target.x, moment.x
+        arm, x_d, x = sample.arm, sample.target.x, sample.x
         if arm.coordinates.has_rotation:
             axes = arm.coordinates.position_axes
             x_d, x = x_d.translation[axes], x.translation[axes]
@@ -37,5 +37,5 @@ class TrackingLost(Event):
             return None
         return (
             f"{arm.frame!r} is {distance:.3g} m from its target, limit {self.distance:g} m; "
-            f"the manipulability there is {float(manipulability(arm.jacobian(moment.q))):.3g}"
+            f"the manipulability there is {float(manipulability(arm.jacobian(sample.q))):.3g}"
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import dist
 
-from .event import Event, Moment
+from .event import Event, Sample
 
 
 class WorkspaceLeft(Event):
@@ -13,10 +13,10 @@ class WorkspaceLeft(Event):
     name = "workspace-left"
     status = "tracking lost"
 
-    def check(self, moment: Moment) -> str | None:
+    def check(self, sample: Sample) -> str | None:
         """Return why the run ends, or None."""
-        arm, coordinates = moment.arm, moment.arm.coordinates
-        x = moment.target.x.translation[coordinates.position_axes] if coordinates.has_rotation else moment.target.x
+        arm, coordinates = sample.arm, sample.arm.coordinates
+        x = sample.target.x.translation[coordinates.position_axes] if coordinates.has_rotation else sample.target.x
         distance = dist(x.tolist(), arm.kinematics.first_joint_in_task)
         if distance <= arm.reach * (1.0 + 1e-9):
             return None

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ...arm import Arm
 from ...checks import known_name, positive
 from ...redundancy import Array, aspect_signature, pseudoinverse_torque
-from ...simulation import Moment
+from ...simulation import Sample
 from ...trajectories import Trajectory
 from ..figures.panels import world_positions
 from ..frames import FRAME_RATE, torque_limits
@@ -91,7 +91,7 @@ class LiveView(LiveServer):
         for i in range(len(labels)):
             self.send(reading_message(i, arm, q, Reading(0.0, np.zeros(arm.nv), arm.skeleton(q)[-1])))
 
-    def watch(self, label: str) -> Callable[[Moment], None]:
+    def watch(self, label: str) -> Callable[[Sample], None]:
         """Return what `simulate` is to call with every sample of a law: it shows the law's arm in real time.
 
         Args:
@@ -113,25 +113,25 @@ class _Watch:
         self._due = 0.0
         self._signs: Array | None = None
 
-    def __call__(self, moment: Moment) -> None:
+    def __call__(self, sample: Sample) -> None:
         if self._start is None:
             self._start = time.perf_counter()
-        last = moment.t >= self._duration * (1.0 - 1e-9)
-        if moment.t < self._due and not last:
+        last = sample.t >= self._duration * (1.0 - 1e-9)
+        if sample.t < self._due and not last:
             return
         self._due += self._speed / FRAME_RATE
-        sleep_until(self._start + moment.t / self._speed)
-        reading = Reading(moment.t, moment.tau, moment.arm.skeleton(moment.q)[-1])
-        self._server.send(reading_message(self._index, moment.arm, moment.q, reading))
-        for minor in self._changed(moment):
-            self._server.send({"run": self._index, "change": change_data(moment.arm, minor, moment.t, moment.q)})
+        sleep_until(self._start + sample.t / self._speed)
+        reading = Reading(sample.t, sample.tau, sample.arm.skeleton(sample.q)[-1])
+        self._server.send(reading_message(self._index, sample.arm, sample.q, reading))
+        for minor in self._changed(sample):
+            self._server.send({"run": self._index, "change": change_data(sample.arm, minor, sample.t, sample.q)})
 
-    def _changed(self, moment: Moment) -> list[int]:
+    def _changed(self, sample: Sample) -> list[int]:
         """Return the minors, counted from 0, that have changed sign since the sample shown before."""
-        signs = aspect_signature(moment.arm.jacobian(moment.q), moment.arm.minor_columns).astype(np.float64)
+        signs = aspect_signature(sample.arm.jacobian(sample.q), sample.arm.minor_columns).astype(np.float64)
         if self._signs is None:
             self._signs = signs
-            self._signs[moment.arm.minors_on_border(moment.q)] = 0.0
+            self._signs[sample.arm.minors_on_border(sample.q)] = 0.0
         changed = np.flatnonzero(signs * self._signs < 0.0)
         self._signs = np.where((signs != 0.0) & (self._signs != 0.0), signs, self._signs)
         return [int(minor) for minor in changed]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping
-from importlib.metadata import entry_points
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, TypeVar
 
 from .arm import Arm
@@ -12,6 +13,12 @@ from .checks import known_name
 from .exceptions import EntryPointError, ParameterError, UnknownNameError, shown
 
 T = TypeVar("T")
+
+
+@cache
+def _installed(group: str) -> dict[str, EntryPoint]:
+    """Return the entry points of a group by name; looked up once a process, for it reads files."""
+    return {entry_point.name: entry_point for entry_point in reversed(tuple(entry_points(group=group)))}
 
 
 class Registry(Generic[T]):
@@ -48,7 +55,7 @@ class Registry(Generic[T]):
 
     def available(self) -> tuple[str, ...]:
         """Return the names of all that is installed, sorted."""
-        return tuple(sorted(entry_points(group=self.group).names))
+        return tuple(sorted(_installed(self.group)))
 
     def find(self, name: str) -> type[T]:
         """Return the class of a name.
@@ -61,7 +68,7 @@ class Registry(Generic[T]):
             EntryPointError: If it cannot be imported, or is no class of the kind.
         """
         known_name(name, self.available(), self._kind, error=self._not_found)
-        entry_point = next(iter(entry_points(group=self.group, name=name)))
+        entry_point = _installed(self.group)[name]
         try:
             found = entry_point.load()
         except Exception as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import sys
 from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
@@ -16,8 +17,8 @@ T = TypeVar("T")
 
 
 @cache
-def _installed(group: str) -> dict[str, EntryPoint]:
-    """Return the entry points of a group by name; looked up once a process, for it reads files."""
+def _installed(group: str, path: tuple[str, ...]) -> dict[str, EntryPoint]:
+    """Return the entry points of a group by name; looked up once for each `sys.path`, for it reads files."""
     return {entry_point.name: entry_point for entry_point in reversed(tuple(entry_points(group=group)))}
 
 
@@ -55,7 +56,7 @@ class Registry(Generic[T]):
 
     def available(self) -> tuple[str, ...]:
         """Return the names of all that is installed, sorted."""
-        return tuple(sorted(_installed(self.group)))
+        return tuple(sorted(_installed(self.group, tuple(sys.path))))
 
     def find(self, name: str) -> type[T]:
         """Return the class of a name.
@@ -68,7 +69,7 @@ class Registry(Generic[T]):
             EntryPointError: If it cannot be imported, or is no class of the kind.
         """
         known_name(name, self.available(), self._kind, error=self._not_found)
-        entry_point = _installed(self.group)[name]
+        entry_point = _installed(self.group, tuple(sys.path))[name]
         try:
             found = entry_point.load()
         except Exception as error:

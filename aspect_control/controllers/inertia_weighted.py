@@ -13,7 +13,8 @@ class InertiaWeighted(TaskSpaceController):
 
     The inertia-weighted pseudoinverse of J. M. Hollerbach and K. C. Suh, "Redundancy resolution of manipulators through
     torque optimization" (1987), reference [15] of the paper. In torques: least (τ − N)ᵀM⁻¹(τ − N), where Eq. (8) has
-    the plain norm of τ.
+    the plain norm of τ. Nothing damps the self-motion, which can build up until the torques explode: not safe to run
+    on a real arm by itself.
     """
 
     name = "inertia-weighted"

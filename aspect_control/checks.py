@@ -8,13 +8,15 @@ from collections.abc import Collection
 from math import hypot, isfinite
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .exceptions import AspectControlError, NonFiniteError, ParameterError, ShapeError, UnknownNameError, shown
 from .redundancy import Array
+
+T = TypeVar("T", bound=np.generic)
 
 LARGEST = 1e50
 """Largest magnitude of a number that is taken, in whatever unit: no arm needs more, and its powers do not overflow."""
@@ -54,6 +56,21 @@ def finite_vector(name: str, value: ArrayLike, size: int | None = None) -> Array
         require_finite(name, vector)
     vector.setflags(write=False)
     return vector
+
+
+def read_only(array: NDArray[T]) -> NDArray[T]:
+    """Return an array that nobody else writes to, and that from here on nobody can."""
+    array.setflags(write=False)
+    return array
+
+
+def restore_read_only(owner: Any, state: dict[str, Any]) -> None:
+    """Take over what was pickled or copied, with arrays read-only again: `__setstate__` of a class that has some."""
+    owner.__dict__.update(state)
+    for value in state.values():
+        for each in value if isinstance(value, tuple) else (value,):
+            if isinstance(each, np.ndarray):
+                each.setflags(write=False)
 
 
 def real_array(name: str, value: Any, expected: str) -> Array:

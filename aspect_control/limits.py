@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .checks import real_array
+from .checks import read_only, real_array
 from .exceptions import ParameterError, ShapeError, shown
 from .redundancy import Array
 
@@ -66,7 +66,7 @@ def joint_range(
         ParameterError: If a lower limit is not below the upper, or the description has no such limit.
     """
     if value is None:
-        return np.full(size, -NO_LIMIT), np.full(size, NO_LIMIT)
+        return read_only(np.full(size, -NO_LIMIT)), read_only(np.full(size, NO_LIMIT))
     if isinstance(value, str):
         lower, upper = of_file
         _of_file(name, value, np.where(np.isfinite(lower), lower, upper), "a pair (lower, upper), 'urdf' or None")
@@ -95,4 +95,4 @@ def _numbers(name: str, value: Any, size: int | None) -> Array:
     numbers = np.atleast_1d(real_array(name, value, f"a number or a vector{count}"))
     if numbers.ndim != 1 or len(numbers) == 0 or (size is not None and len(numbers) not in (1, size)):
         raise ShapeError(f"{name} must be a number or a vector{count}, got shape {numbers.shape}")
-    return np.array(np.broadcast_to(numbers, numbers.shape if size is None else (size,)))
+    return read_only(np.array(np.broadcast_to(numbers, numbers.shape if size is None else (size,))))

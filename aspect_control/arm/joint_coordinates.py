@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import finite_vector
+from ..checks import finite_vector, read_only
 from ..exceptions import ParameterError
 from ..redundancy import Array
 from .chain import NO_LIMIT, is_prismatic, joint_position, position_limits, unit_hint
@@ -38,12 +38,13 @@ class JointCoordinates:
     @cached_property
     def prismatic(self) -> NDArray[np.bool_]:
         """Which joints slide, shape (nv,)."""
-        return np.array([is_prismatic(self.model, joint) for joint in range(1, self.model.njoints)])
+        return read_only(np.array([is_prismatic(self.model, joint) for joint in range(1, self.model.njoints)]))
 
     @cached_property
     def position_limits(self) -> tuple[Array, Array]:
         """Lower and upper limits of the joint positions, shapes (nv,), rad; infinite where the model has none."""
-        return position_limits(self.model)
+        lower, upper = position_limits(self.model)
+        return read_only(lower), read_only(upper)
 
     @cached_property
     def torque_limit(self) -> Array:
@@ -147,4 +148,4 @@ class JointCoordinates:
 
 def _limit(values: Array) -> Array:
     """Return limits with infinity for none, which Pinocchio writes as zero or as the largest number."""
-    return np.where((values > 0.0) & (values < NO_LIMIT), values, np.inf)
+    return read_only(np.where((values > 0.0) & (values < NO_LIMIT), values, np.inf))

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..checks import read_only
 from ..exceptions import TooManyMinorsError
 from ..redundancy import MAX_MINORS, Array, minors, structural_minor_columns
 from .joint_coordinates import JointCoordinates
@@ -64,7 +65,7 @@ class TaskMinors:
         postures = np.random.default_rng(0).uniform(-np.pi, np.pi, (_SAMPLED_POSTURES, nv))
         jacobians = np.array([self._kinematics.jacobian(self._joints.configuration(each)) for each in postures])
         columns = structural_minor_columns(jacobians)
-        return columns, np.abs(minors(jacobians, columns)).max(axis=0)
+        return read_only(columns), read_only(np.abs(minors(jacobians, columns)).max(axis=0))
 
     def on_border(self, q: ArrayLike) -> NDArray[np.intp]:
         """Return which minors of `columns` are zero at q for practical purposes, as indices, shape (any,).

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import Arm, ArmState
-from ..checks import finite_vector, gain_matrix, is_finite, positive
+from ..checks import finite_vector, gain_matrix, is_finite, positive, restore_read_only
 from ..exceptions import NonFiniteError, NotRedundantError, ParameterError, ShapeError
 from ..redundancy import Array
 from ..redundancy.feedback import commanded_acceleration
@@ -181,9 +181,7 @@ class Controller(ABC):
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Take over what was pickled or copied, with its arrays read-only again."""
-        self.__dict__.update(state)
-        for gain in (self.kp, self.kv):
-            gain.setflags(write=False)
+        restore_read_only(self, state)
 
 
 class TaskSpaceController(Controller):

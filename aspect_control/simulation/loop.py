@@ -22,7 +22,7 @@ from .events import DEFAULT_EVENTS, Event, Sample
 from .events.registry import EVENTS
 from .integrators import Integrator
 from .integrators.registry import INTEGRATORS
-from .recorder import Recorder, read_only
+from .recorder import Recorder, read_only_view
 from .run import Run
 from .run_file import MAX_SAMPLES, RunInfo, versions
 
@@ -115,7 +115,7 @@ def simulate(
                 break
             applied = tau if limit is None else np.clip(tau, -limit, limit)
             q, v = recorder.add(q, v, applied, target)
-            sample = Sample(arm, t, q, v, read_only(tau), target)
+            sample = Sample(arm, t, q, v, read_only_view(tau), target)
             if watch is not None:
                 _call("watch", watch, sample)
             ended = _event_at(sample, ends)

@@ -28,7 +28,7 @@ class Recorder:
         self._q, self._v, self._tau = (np.empty((k, size)) for size in (arm.nq, arm.nv, arm.nv))
         self._x = np.empty((k, arm.coordinates.encoded_size))
         self._dx, self._ddx = np.empty((k, m)), np.empty((k, m))
-        self._shown_q, self._shown_v = read_only(self._q), read_only(self._v)
+        self._shown_q, self._shown_v = read_only_view(self._q), read_only_view(self._v)
 
     @property
     def last(self) -> float:
@@ -65,7 +65,7 @@ class Recorder:
         )
 
 
-def read_only(array: Array) -> Array:
+def read_only_view(array: Array) -> Array:
     """Return a view of an array through which it cannot be changed."""
     view: Array = array.view()
     view.setflags(write=False)

@@ -56,6 +56,16 @@ def started(name, arm, **parameters):
     return law
 
 
+def arrays_of(owner):
+    """The public arrays of a law or an arm: gains and limits."""
+    for name in dir(type(owner)) + list(vars(owner)):
+        if not name.startswith("_") and name != "memory":
+            value = getattr(owner, name)
+            for each in value if isinstance(value, tuple) else (value,):
+                if isinstance(each, np.ndarray):
+                    yield name, each
+
+
 # What is taken, and what is refused
 
 
@@ -320,7 +330,8 @@ def test_a_copy_gives_the_same_torque_to_the_last_bit(panda, name, begun):
             np.testing.assert_array_equal(twin.torque(*sample), expected, err_msg=kind)
     for kind, twin in twins.items():
         assert twin.parameters == law.parameters, kind
-        assert not twin.kp.flags.writeable, kind
+        for name, array in arrays_of(twin):
+            assert not array.flags.writeable, f"{kind}: {name}"
 
 
 def test_laws_in_a_spawned_process_give_the_same_torques_to_the_last_bit(panda, tmp_path):
@@ -362,9 +373,10 @@ def test_parameters_are_fixed_when_a_law_is_made(panda, name):
         with pytest.raises(AttributeError):
             setattr(law, parameter, 1.0)
     assert json.dumps(law.parameters) == recorded
-    for gain in (law.kp, law.kv):
+    assert {"kp", "kv"} <= {name for name, _ in arrays_of(law)}
+    for _, array in arrays_of(law):
         with pytest.raises(ValueError, match="read-only"):
-            gain[0, 0] = 1.0
+            array[...] = 1.0
 
 
 @every_law
@@ -413,6 +425,15 @@ def test_arrays_of_a_state_are_read_only_and_its_own(task):
     arm.jacobian_derivative(q - 0.5)
     for name, array in arrays.items():
         np.testing.assert_array_equal(array, kept[name], err_msg=name)
+
+
+def test_limits_of_an_arm_are_read_only(panda):
+    again = pickle.loads(pickle.dumps(panda))
+    for arm in (panda, again, copy.deepcopy(panda)):
+        found = dict(arrays_of(arm))
+        assert {"torque_limit", "velocity_limit", "position_limits", "minor_columns", "minor_scales"} <= set(found)
+        for name in set(found) - {"gravity"}:
+            assert not found[name].flags.writeable, name
 
 
 def test_nothing_computed_before_changes_what_is_computed(panda):

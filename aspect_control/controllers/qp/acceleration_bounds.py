@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...arm import Arm
+from ...checks import restore_read_only
 from ...limits import joint_limit, joint_range
 from ...redundancy import Array
 
@@ -38,6 +39,8 @@ class JointLimits:
             "position_limit": position if position is None or isinstance(position, str) else [*map(_plain, position)],
             "acceleration_limit": _plain(acceleration),
         }
+
+    __setstate__ = restore_read_only
 
     def acceleration_interval(self, position: Array, v: Array, horizon: float, dt: float) -> tuple[Array, Array]:
         """Return the joint accelerations that keep the speed, the position and the acceleration within their limits.

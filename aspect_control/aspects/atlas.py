@@ -37,8 +37,8 @@ class Atlas:
         minors: Minors in the order of `arm.minor_columns`, shape (l, k, p).
         minor_measure: H of Eq. (18), shape (l, k).
         within_limits: Whether all joints are inside their limits, angles counted modulo a turn, shape (l, k).
-        stability: c of s̈ = −c ṡ² in the direction of `null_vector`, shape (l, k), 1/rad, for an arm with one joint to
-            spare; None for others.
+        stability: c of s̈ = −c ṡ² in the direction of `null_vector`, shape (l, k), 1/rad, for one redundant degree
+            of freedom; None for others.
         direction: Unit null vector, shape (l, k, nv), for one redundant degree of freedom; None for others.
     """
 

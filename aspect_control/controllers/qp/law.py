@@ -14,7 +14,7 @@ from ...redundancy import Array
 from ...trajectories import Target
 from ..controller import TaskSpaceController
 from .acceleration_bounds import JointLimits
-from .program import TOLERANCE, Program, Rows, minimum_on_bounds, open_torques, program_of_rows, torque_on_bounds
+from .program import TOLERANCE, Program, Rows, minimum_on_bounds, null_space_torques, program_of_rows, torque_on_bounds
 from .self_motion_bound import STABILITIES, self_motion_bound
 from .solvers import DAQP, NoSolutionFound, find_solver
 
@@ -178,8 +178,8 @@ class QPTorque(TaskSpaceController):
     def problem(self, state: ArmState, target: Target) -> qpsolvers.Problem:
         """Return the quadratic program of a sample, as it is solved where the free torque breaks a limit.
 
-        Its unknown is x = (ζ, σ), shape (r + 1,), N m: τ = B ζ + s c + d, with B, c and d of `program.open_torques` and
-        σ a multiple of s. G x ≤ h holds the upper limits, then the lower ones, each with that of σ as its last.
+        Its unknown is x = (ζ, σ), shape (r + 1,), N m: τ = B ζ + s c + d, with σ a multiple of s and the others of
+        `null_space_torques`. G x ≤ h holds the upper limits, then the lower ones, each with that of σ as its last.
 
         Args:
             state: The arm's state, `arm.state(q, v)`.
@@ -191,30 +191,30 @@ class QPTorque(TaskSpaceController):
         """
         self.require_target(target)
         memory, terms = self.memory or QPMemory(), self._terms(state, target)
-        return Program(*program_of_rows(*self._rows(state, memory, *open_torques(*terms)))).problem()
+        return Program(*program_of_rows(*self._rows(state, memory, *null_space_torques(*terms)))).problem()
 
     def command(self, state: ArmState, target: Target) -> Array:
         """Return τ, shape (nv,), N m, and remember how it came about."""
         memory, terms = self.memory or QPMemory(), self._terms(state, target)
         if self._torque_limits_alone:
-            tau, status, side = self._as_before(state, memory, terms)
+            tau, status, side = self._warm_started(state, memory, terms)
         else:
-            tau, status, side = self._searched(state, memory, *open_torques(*terms))
+            tau, status, side = self._searched(state, memory, *null_space_torques(*terms))
         self.memory = QPMemory(memory.dt, status, side)
         return tau
 
     def _terms(self, state: ArmState, target: Target) -> tuple[Any, ...]:
-        """Return the arguments of `open_torques`."""
+        """Return the arguments of `null_space_torques`."""
         b = self.commanded_acceleration(state, target)
         return state.M, state.nle, state.J, b, state.v, self.damping
 
-    def _as_before(self, state: ArmState, memory: QPMemory, terms: tuple[Any, ...]) -> _Found:
+    def _warm_started(self, state: ArmState, memory: QPMemory, terms: tuple[Any, ...]) -> _Found:
         """Return the torque if no torque limit is active, or those that were before; most ticks end here."""
         side, n = self._nothing_held if memory.side is None else memory.side, self.arm.nv
         try:
             found = torque_on_bounds(*(*terms, self.limits.torque, side))
         except np.linalg.LinAlgError:
-            return self._searched(state, memory, *open_torques(*terms))
+            return self._searched(state, memory, *null_space_torques(*terms))
         kind, s = found[:2].tolist()
         if kind < 0.0:
             return self._searched(state, memory, found[n + 2 : -2 * n].reshape(n, -1), found[-2 * n : -n], found[-n:])

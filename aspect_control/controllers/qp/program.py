@@ -64,7 +64,7 @@ class Program(NamedTuple):
 
 
 @kernel
-def open_torques(
+def null_space_torques(
     M: Matrix, nle: Vector, J: Matrix, b: Vector, v: Vector, damping: float
 ) -> tuple[Matrix, Vector, Vector]:
     """Return B, c and d: the torques of the task accelerations s b are τ = B ζ + s c + d, whatever ζ is.
@@ -152,12 +152,12 @@ def torque_on_bounds(
 ) -> Vector:
     """Return τ of the program with torque limits alone, if no limit or those of `side` are active, in one array.
 
-    The arguments are those of `open_torques`, τ_max and `side` of `minimum_on_bounds`.
+    The arguments are those of `null_space_torques`, τ_max and `side` of `minimum_on_bounds`.
 
     Returns:
         1 if no limit is active, 0 if those given are, −1 if τ is not the torque; s; then τ, and B, c and d, row by row.
     """
-    B, c, d = open_torques(M, nle, J, b, v, damping)
+    B, c, d = null_space_torques(M, nle, J, b, v, damping)
     n, r = B.shape
     s, tau, kind = 1.0, c + d, 1.0
     if not np.all(np.abs(tau) <= limit):

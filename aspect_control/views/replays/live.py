@@ -75,19 +75,19 @@ class LiveView(LiveServer):
         desired = _desired_path(arm, trajectory, q)
         points = np.concatenate([arm.skeleton(q), desired])
         middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-        stage = RobotScene([SceneRobot(arm, q, middle + 1.3 * (points - middle)) for _ in labels])
+        scene = RobotScene([SceneRobot(arm, q, middle + 1.3 * (points - middle)) for _ in labels])
         marks = torque_limits(arm, _torque_at_start(arm, trajectory, q))
         data = {
             "live": True,
             "speed": speed,
             "end": trajectory.duration,
             "compared": AT_START,
-            **stage.data,
-            "runs": [run_data(stage.nodes[i], law_name(label), arm, marks, desired) for i, label in enumerate(labels)],
+            **scene.data,
+            "runs": [run_data(scene.nodes[i], law_name(label), arm, marks, desired) for i, label in enumerate(labels)],
         }
-        self.notes = tuple(stage.notes)
+        self.notes = tuple(scene.notes)
         self._labels, self._duration = list(labels), trajectory.duration
-        super().__init__(build_page(", ".join(labels), stage.recorder.commands, data), host=host, port=port)
+        super().__init__(build_page(", ".join(labels), scene.recorder.commands, data), host=host, port=port)
         for i in range(len(labels)):
             self.send(reading_message(i, arm, q, Reading(0.0, np.zeros(arm.nv), arm.skeleton(q)[-1])))
 

@@ -49,24 +49,24 @@ class LiveReplay(LiveServer):
         shown = labelled_runs(runs)
         self._speed, self._times = speed, frame_times(list(shown.values()), FRAME_RATE, speed)
         self._motions = [Motion(label, run, self._times) for label, run in shown.items()]
-        stage = RobotScene([motion.scene_robot for motion in self._motions])
+        scene = RobotScene([motion.scene_robot for motion in self._motions])
         marks = torque_marks([motion.run for motion in self._motions])
         data = {
             "live": True,
             "speed": speed,
             "end": float(self._times[-1]),
             "compared": CALMEST,
-            **stage.data,
+            **scene.data,
             "runs": [
                 {
-                    **run_data(stage.nodes[i], motion.label, motion.run.arm, marks[i], motion.desired),
+                    **run_data(scene.nodes[i], motion.label, motion.run.arm, marks[i], motion.desired),
                     "changes": motion.changes(),
                 }
                 for i, motion in enumerate(self._motions)
             ],
         }
-        self.notes = tuple(stage.notes)
-        super().__init__(build_page(" and ".join(shown), stage.recorder.commands, data), host=host, port=port)
+        self.notes = tuple(scene.notes)
+        super().__init__(build_page(" and ".join(shown), scene.recorder.commands, data), host=host, port=port)
 
     def play(self) -> None:
         """Play the runs once, in real time, from the start, and let the last picture stand for a moment."""

@@ -103,23 +103,23 @@ def build_scene(runs: Mapping[str, Run], speed: float = 1.0) -> Scene:
     """
     times = frame_times(list(runs.values()), FRAME_RATE, speed)
     motions = [Motion(label, run, times) for label, run in runs.items()]
-    stage = RobotScene([motion.scene_robot for motion in motions])
-    stage.recorder.send(SetAnimation(_animation(stage, motions, times, speed), repetitions=REPETITIONS))
+    scene = RobotScene([motion.scene_robot for motion in motions])
+    scene.recorder.send(SetAnimation(_animation(scene, motions, times, speed), repetitions=REPETITIONS))
     marks = torque_marks([motion.run for motion in motions])
     shown = [
         {
-            **run_data(stage.nodes[i], motion.label, motion.run.arm, marks[i], motion.desired),
+            **run_data(scene.nodes[i], motion.label, motion.run.arm, marks[i], motion.desired),
             "samples": [reading.to_dict() for reading in motion.readings()],
             "changes": motion.changes(),
             "end": motion.end,
         }
         for i, motion in enumerate(motions)
     ]
-    data = {"live": False, "speed": speed, "end": float(times[-1]), "compared": CALMEST, **stage.data, "runs": shown}
-    return Scene(stage.recorder.commands, data, stage.notes)
+    data = {"live": False, "speed": speed, "end": float(times[-1]), "compared": CALMEST, **scene.data, "runs": shown}
+    return Scene(scene.recorder.commands, data, scene.notes)
 
 
-def _animation(stage: RobotScene, motions: Sequence[Motion], times: Array, speed: float) -> Animation:
+def _animation(scene: RobotScene, motions: Sequence[Motion], times: Array, speed: float) -> Animation:
     """Return the animation of every joint's node; all clips last equally long, so that repetitions stay in step."""
     hold = times[-1] + HOLD * speed
     keys = [float(time) * FRAME_RATE for time in (*times, hold)]
@@ -131,7 +131,7 @@ def _animation(stage: RobotScene, motions: Sequence[Motion], times: Array, speed
                 "position": AnimationTrack("position", "vector3", keys, poses[:, joint, :3].tolist()),
                 "quaternion": AnimationTrack("quaternion", "quaternion", keys, poses[:, joint, 3:].tolist()),
             }
-            path = NodePath(tuple(f"{stage.nodes[i]}/robot/joint{joint + 1}".strip("/").split("/")))
+            path = NodePath(tuple(f"{scene.nodes[i]}/robot/joint{joint + 1}".strip("/").split("/")))
             animation.clips[path] = AnimationClip(tracks, fps=FRAME_RATE)
     return animation
 

@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from . import aspects, controllers, criteria, plants, redundancy, simulation, views
+    from . import aspects, controllers, criteria, plants, redundancy, simulation, trajectories, views
     from .arm import Arm, ArmState
     from .exceptions import AspectControlError
     from .simulation import Run, simulate
@@ -36,6 +36,7 @@ __all__ = [
     "redundancy",
     "simulate",
     "simulation",
+    "trajectories",
     "views",
 ]
 

@@ -1,6 +1,6 @@
 """What is computed from one run."""
 
-from ..simulation.run_metrics import (
+from ..simulation.metrics import (
     ZeroCrossing,
     aspect_preserved,
     minor_zero_crossings,
@@ -9,7 +9,7 @@ from ..simulation.run_metrics import (
 )
 from .border_ahead import BorderAhead, border_ahead, preview, warn_of_border_ahead
 from .limit import ContinuousLimit, continuous_limit
-from .metrics import exploded, intervals, summarize
+from .summary import exploded, intervals, summarize
 
 __all__ = [
     "BorderAhead",

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..controllers import Controller
 from ..exceptions import AspectBorderWarning, AspectControlError, UndefinedCriterionWarning
 from ..simulation import Run, completed, simulate
-from ..simulation.run_metrics import minor_zero_crossings, signed_at_start
+from ..simulation.metrics import minor_zero_crossings, signed_at_start
 from ..trajectories import Trajectory
 
 NEAR = 0.01

@@ -27,9 +27,9 @@ from ..redundancy import (
     null_space_rows,
     time_to_border,
 )
+from .metrics import Metric, metrics_of
 from .run_file import ARRAYS, RunInfo, read_run, write_run
 from .run_frame import frame_of
-from .run_metrics import Metric, metrics_of
 
 if TYPE_CHECKING:
     import pandas as pd

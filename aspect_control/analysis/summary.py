@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..redundancy import Array
 from ..simulation import Run
-from ..simulation.run_metrics import (
+from ..simulation.metrics import (
     aspect_preserved,
     minor_zero_crossings,
     peak_torque,

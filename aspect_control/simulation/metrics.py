@@ -18,6 +18,37 @@ if TYPE_CHECKING:
 Metric: TypeAlias = float | int | bool | str | None
 """A figure of merit: a finite number, a word, or None where there is none."""
 
+METRICS: dict[str, type] = {
+    "end": float,
+    "samples": int,
+    "peak_torque": float,
+    "peak_torque_time": float,
+    "peak_torque_joint": str,
+    "peak_torque_inside": float,
+    "torque_squared_integral": float,
+    "torque_total_variation": float,
+    "peak_speed": float,
+    "self_motion_max": float,
+    "self_motion_energy_max": float,
+    "aspect_preserved": bool,
+    "sign_changes": int,
+    "left_at": float,
+    "margin": float,
+    "minors_on_border_at_start": int,
+    "minor_measure_min": float,
+    "manipulability_min": float,
+    "border_distance_min": float,
+    "border_distance_min_time": float,
+    "time_to_border_min": float,
+    "maciejewski_product_max": float,
+    "maciejewski_product_max_time": float,
+    "tracking_error_max": float,
+    "tracking_error_rms": float,
+    "tracking_error_end": float,
+    "orientation_error_max": float,
+}
+"""What `Run.metrics` returns, in its order, and the type of each that is not None."""
+
 
 class ZeroCrossing(NamedTuple):
     """One minor changing sign.

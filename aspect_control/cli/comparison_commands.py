@@ -32,7 +32,8 @@ def survey(
     from ..studies.survey import SurveyRow
     from ..studies.survey import survey as run_survey
     from ..views import save_figure, survey_figure, survey_report
-    from ..views.screen import progress_bar, show_table
+    from ..views.progress import progress_bar
+    from ..views.screen import show_table
 
     folder = output_folder(out)
     setups = {name: load_scenario(path).build() for name, path in scenario_paths().items()}
@@ -79,7 +80,8 @@ def compare(
     from ..files import output_folder, write_text
     from ..studies.comparison import SCENARIOS, compare_laws
     from ..views import comparison_report, save_figure, torque_figure
-    from ..views.screen import progress_bar, show_laws
+    from ..views.progress import progress_bar
+    from ..views.screen import show_laws
 
     folder = output_folder(out)
     summaries = {}
@@ -116,7 +118,8 @@ def hypothesis(
     from ..scenario import load_scenario
     from ..studies.hypothesis import Experiment, HypothesisResult, examine_hypothesis, time_estimate
     from ..views import hypothesis_figure, hypothesis_report, hypothesis_rows, hypothesis_verdict, save_figure
-    from ..views.screen import confirm_long_run, processors, progress_bar, show_table
+    from ..views.progress import progress_bar
+    from ..views.screen import confirm_long_run, processors, show_table
 
     experiment = Experiment.of(scenario.stem, load_scenario(scenario), seed=seed, dt=dt)
     workers = processors() if workers is None else workers

@@ -1,1 +1,0 @@
-METRICS = {"end": float, "peak_torque": float}

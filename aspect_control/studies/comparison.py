@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
-from ..analysis.metrics import summarize
+from ..analysis import summarize
 from ..resources import scenario_paths
 from ..scenario import Scenario, load_scenario
 from ..simulation import Run
@@ -48,7 +46,8 @@ def compare_laws(
     setup = with_variants(load_scenario(scenario_paths()[scenario])).build()
     runs = setup.run(lambda label, part: progress(f"{scenario}: {label}", part))
     return runs, {
-        label: {**summarize(run), "self_motion_energy_max": self_motion_energy(run)} for label, run in runs.items()
+        label: {**summarize(run), "self_motion_energy_max": float(run.self_motion_energy.max())}
+        for label, run in runs.items()
     }
 
 
@@ -56,10 +55,3 @@ def with_variants(scenario: Scenario) -> Scenario:
     """Return a scenario with all variants as its laws."""
     laws = [{"label": label, **table} for label, table in VARIANTS.items()]
     return Scenario.model_validate({**dict(scenario), "controllers": laws})
-
-
-def self_motion_energy(run: Run) -> float:
-    """Return the largest kinetic energy of the self-motion, ½ θ̇_Hᵀ M θ̇_H, J."""
-    M = np.array([run.arm.state(q, v).M for q, v in zip(run.q, run.v, strict=True)])
-    velocity = run.homogeneous_velocity
-    return float(np.einsum("ki,kij,kj->k", velocity, M, velocity).max() / 2.0)

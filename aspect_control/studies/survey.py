@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from ..analysis.metrics import summarize
+from ..analysis import summarize
 from ..scenario import Setup
 from ..simulation import Run
 

@@ -13,10 +13,11 @@ from .figures.atlas_figures import atlas_figure, stability_figure
 from .figures.hypothesis_figure import hypothesis_figure
 from .figures.run_figures import comparison_figure, run_figure, save_figure
 from .figures.self_motion_figure import self_motion_figure
+from .figures.shares_figure import shares_figure
 from .figures.survey_figure import survey_figure
 from .figures.torque_figure import torque_figure
 from .reports.comparison_report import comparison_report
-from .reports.hypothesis_report import hypothesis_report, hypothesis_rows, hypothesis_verdict
+from .reports.hypothesis_report import filled_page, hypothesis_fields, hypothesis_report, hypothesis_rows
 from .reports.reproduction_report import reproduction_report
 from .reports.survey_report import survey_report
 from .style import law_name, plain_text
@@ -41,10 +42,11 @@ __all__ = [
     "atlas_figure",
     "comparison_figure",
     "comparison_report",
+    "filled_page",
+    "hypothesis_fields",
     "hypothesis_figure",
     "hypothesis_report",
     "hypothesis_rows",
-    "hypothesis_verdict",
     "law_name",
     "plain_text",
     "replay",
@@ -52,6 +54,7 @@ __all__ = [
     "run_figure",
     "save_figure",
     "self_motion_figure",
+    "shares_figure",
     "stability_figure",
     "survey_figure",
     "survey_report",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from .aspect_table import AspectTable, Proportion, paired_difference, proportion, rank_correlation
 from .condition import Condition, conditions
+from .evidence import Evidence, Part, evidence, results_of
 from .hypothesis_study import ABLATION, hypothesis_study
 from .result import EXPLODED_INSIDE, LEFT_AND_CALM, THRESHOLD, THRESHOLDS, Counterexample, HypothesisResult
 
@@ -20,11 +21,15 @@ __all__ = [
     "AspectTable",
     "Condition",
     "Counterexample",
+    "Evidence",
     "HypothesisResult",
+    "Part",
     "Proportion",
     "conditions",
+    "evidence",
     "hypothesis_study",
     "paired_difference",
     "proportion",
     "rank_correlation",
+    "results_of",
 ]

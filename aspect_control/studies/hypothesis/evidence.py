@@ -81,7 +81,10 @@ def evidence(
 
 
 def _setting(changes: dict[str, Any], legs: int) -> str:
-    words = [f"{key.partition('.')[2] or key} = {value}" for key, value in changes.items()]
+    words = [
+        f"{key.partition('.')[2] or key} = {f'{value:g}' if isinstance(value, float) else value}"
+        for key, value in changes.items()
+    ]
     return ", ".join([*words, *([f"{legs} legs"] if legs > 1 else [])])
 
 

@@ -29,7 +29,9 @@ def hypothesis_study(scenario: str | Path, samples: int, *, seed: int = 0, dt: f
         ParameterError: If a number is out of its range.
         AspectControlError: If the scenario cannot be read.
     """
-    laws: list[dict[str, Any]] = [section.model_dump(exclude_unset=True) for section in load_scenario(scenario).controllers]
+    laws: list[dict[str, Any]] = [
+        section.model_dump(exclude_unset=True) for section in load_scenario(scenario).controllers
+    ]
     if any(law["name"] == "jmdc" for law in laws) and all(law.get("label") != ABLATION for law in laws):
         laws.append({"name": "jmdc", "label": ABLATION, "kappa": 0.0})
     return Study(

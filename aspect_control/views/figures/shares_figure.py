@@ -16,12 +16,11 @@ _SHARES = (
 )
 
 
-def shares_figure(conditions: Sequence[Condition], title: str = "") -> Any:
+def shares_figure(conditions: Sequence[Condition]) -> Any:
     """Draw the share of exploded runs among those that kept and those that left their aspect, with its interval.
 
     Args:
         conditions: The rows of the figure, as in `studies.hypothesis.evidence`; each law has a panel.
-        title: Heading of the figure.
 
     Returns:
         A `matplotlib.figure.Figure`.
@@ -60,6 +59,5 @@ def shares_figure(conditions: Sequence[Condition], title: str = "") -> Any:
         figure.supxlabel(
             f"share of exploded runs (beyond {THRESHOLD:g} times the reference), 95 % interval", fontsize=11.0
         )
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-        figure.suptitle(plain_text(title))
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
         return figure

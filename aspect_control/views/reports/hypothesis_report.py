@@ -183,6 +183,6 @@ def _drawn_again(found: dict[str, Any]) -> str:
     interrupted = f" Interrupted: {missing:,} runs are not there yet." if missing else ""
     return (
         f"Seed {seeds}, dt = {times} s. Drawn again: {border:,} starts on a border, {length:,} sets of postures too "
-        f"near to each other or too far apart. On {demanding:,} motions even the least peak torque is more than "
+        f"near to each other or too far apart. On {demanding:,} of them even the least peak torque is more than "
         f"{THRESHOLD:g} times the median of the arm, so that no law is calm there but in comparison.{interrupted}"
     )

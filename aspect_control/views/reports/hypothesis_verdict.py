@@ -103,10 +103,11 @@ def _first(conditions: Sequence[Condition]) -> str:
     burst, inside = sum(each["total"] for each in shares), sum(each["count"] for each in shares)
     if not burst:
         return ""
-    kept = _total(conditions, "kept_exploded")
+    later = inside - _total(conditions, "kept_exploded")
+    rest = f"; {later:,} of those left their aspect afterwards and count among the runs that left" if later else ""
     return (
         f"Which comes first? In {inside:,} of {burst:,} runs that exploded the torque passed the threshold before any "
-        f"minor had changed sign; {inside - kept:,} of those left their aspect afterwards and count among those that did."
+        f"minor had changed sign{rest}."
     )
 
 

@@ -10,10 +10,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from . import aspects, controllers, criteria, plants, redundancy, simulation, trajectories, views
+    from . import aspects, controllers, criteria, plants, redundancy, simulation, studies, trajectories, views
     from .arm import Arm, ArmState
     from .exceptions import AspectControlError
     from .simulation import Run, simulate
+    from .studies.study import Study
     from .trajectories import Circle, Hold, StraightLine, Target, Trajectory, Waypoints
 
 __version__ = "0.1.0"
@@ -26,6 +27,7 @@ __all__ = [
     "Hold",
     "Run",
     "StraightLine",
+    "Study",
     "Target",
     "Trajectory",
     "Waypoints",
@@ -36,6 +38,7 @@ __all__ = [
     "redundancy",
     "simulate",
     "simulation",
+    "studies",
     "trajectories",
     "views",
 ]
@@ -45,6 +48,7 @@ _HOMES = {
     **dict.fromkeys(("Arm", "ArmState"), "arm"),
     "AspectControlError": "exceptions",
     **dict.fromkeys(("Run", "simulate"), "simulation"),
+    "Study": "studies.study",
     **dict.fromkeys(("Circle", "Hold", "StraightLine", "Target", "Trajectory", "Waypoints"), "trajectories"),
 }
 """The module of each name that is not a module itself."""

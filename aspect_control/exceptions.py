@@ -66,6 +66,10 @@ class UndefinedCriterionError(AspectControlError):
     """A criterion is not defined where a motion starts."""
 
 
+class DamagedShardWarning(UserWarning):
+    """A file of a study's table cannot be read, so that its runs are made again."""
+
+
 class DrawingWarning(UserWarning):
     """Something cannot be drawn as it looks, such as a robot whose meshes are gone."""
 
@@ -92,6 +96,10 @@ class RunFileError(AspectControlError):
 
 class ScenarioError(AspectControlError):
     """A scenario file is missing or does not describe a scenario."""
+
+
+class StudyError(AspectControlError):
+    """A study file is missing or does not describe a study, or a folder holds something else than its results."""
 
 
 class WorkerError(AspectControlError):

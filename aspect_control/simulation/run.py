@@ -192,6 +192,9 @@ class Run:
         on: NDArray[np.bool_] = difference > 1e-8 * (1.0 + np.linalg.norm(self.tau, axis=1))
         return on
 
+    def metrics(self):
+        return {"end": float(self.t[-1]), "peak_torque": float(np.abs(self.tau).max())}
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run to a NumPy archive, with the arm, the law, its parameters and the versions used.
 

@@ -1,0 +1,1 @@
+METRICS = {"end": float, "peak_torque": float}

@@ -68,7 +68,7 @@ def grid_keys(table: pa.Table) -> list[str]:
     Args:
         table: The table of a study.
     """
-    names = table.column_names
+    names: list[str] = table.column_names
     return names[names.index("point") + 1 : names.index("parameters")]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import secrets
 import stat
@@ -61,6 +62,16 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
     content = unicode_text(f"what is written to {path}", text, OutputError)
     with atomic_path(path) as temporary:
         temporary.write_text(content, encoding="utf-8")
+
+
+def sha256(path: Path) -> str:
+    """Return the SHA-256 of a file, in hexadecimal digits.
+
+    Raises:
+        OSError: If it cannot be read.
+    """
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def output_folder(path: str | os.PathLike[str]) -> Path:

@@ -18,7 +18,7 @@ sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 from aspect_control.exceptions import AspectControlError
 from aspect_control.files import output_folder, write_text
 from aspect_control.views import save_figure
-from aspect_control.views.screen import progress_bar
+from aspect_control.views.progress import progress_bar
 from benchmark import benchmark, machine, verdicts
 from benchmark.figure import benchmark_figure
 from benchmark.report import benchmark_report, show_benchmark

@@ -34,7 +34,8 @@ def hypothesis(
     from ..scenario import load_scenario
     from ..studies.hypothesis import Experiment, HypothesisResult, examine_hypothesis, time_estimate
     from ..views import hypothesis_figure, hypothesis_report, hypothesis_rows, hypothesis_verdict, save_figure
-    from ..views.screen import confirm_long_run, processors, progress_bar, show_table
+    from ..views.progress import progress_bar
+    from ..views.screen import confirm_long_run, processors, show_table
 
     experiment = Experiment.of(scenario.stem, load_scenario(scenario), seed=seed, dt=dt)
     workers = processors() if workers is None else workers

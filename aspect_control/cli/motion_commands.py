@@ -33,7 +33,8 @@ def reproduce(
     from ..studies.paper import claims
     from ..studies.paper import trajectory_a as paper
     from ..views import comparison_figure, law_name, replay, reproduction_report, run_figure, save_figure
-    from ..views.screen import progress_bar, show_claims, show_laws
+    from ..views.progress import progress_bar
+    from ..views.screen import show_claims, show_laws
 
     dt = positive("--dt", dt, "s")
     folder = output_folder(out)
@@ -96,7 +97,8 @@ def run(
     from ..scenario import load_scenario
     from ..simulation import Run
     from ..views import comparison_figure, law_name, plain_text, replay, run_figure, save_figure
-    from ..views.screen import progress_bar, show_laws
+    from ..views.progress import progress_bar
+    from ..views.screen import show_laws
 
     setup = load_scenario(scenario, settings or []).build()
     folder = output_folder(out or Path("results") / scenario.stem)

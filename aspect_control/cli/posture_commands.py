@@ -83,7 +83,8 @@ def atlas(
     from ..files import output_folder, write_text
     from ..scenario import load_scenario
     from ..views import atlas_figure, plain_text, save_figure, stability_figure
-    from ..views.screen import confirm_long_run, progress_bar, show_atlas
+    from ..views.progress import progress_bar
+    from ..views.screen import confirm_long_run, show_atlas
 
     if joints is not None and self_motion is not None:
         raise ParameterError("give either --joints or --self-motion, not both")

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from .application import app
-
-if TYPE_CHECKING:
-    import pyarrow as pa
-
-    from ..studies.study import Study
-
-Workers = Annotated[int | None, typer.Option(help="Number of processes; one a processor unless given.")]
+from .study_commands import Workers, make_runs
 
 
 @app.command()
@@ -34,13 +28,14 @@ def survey(
     from ..studies.chain_check import check_chains
     from ..studies.survey import survey_rows, survey_study
     from ..views.reports.report_files import write_survey
-    from ..views.screen import progress_bar, show_table
+    from ..views.progress import progress_bar
+    from ..views.screen import show_table
 
     study = survey_study()
-    table = _run(study, out, workers)
+    table = make_runs(study, out, workers=workers)
     with progress_bar() as progress:
         checks = check_chains(progress) if every else []
-        write_survey(study, table, out, progress, checks)
+        written = write_survey(study, table, out, progress, checks)
     show_table(
         ("scenario", "law", "peak torque", "ratio", "aspect", "ended"),
         [
@@ -58,7 +53,7 @@ def survey(
     if checks:
         failed = [check for check in checks if check.deviation is None]
         typer.echo(f"{len(checks) - len(failed)} chains agree with the full model, {len(failed)} could not be loaded")
-    typer.echo(f"written to {out}: survey.md, survey.json, the figure and the table")
+    typer.echo(f"written to {out}: {', '.join(written)}")
 
 
 @app.command()
@@ -74,12 +69,13 @@ def compare(
     """
     from ..studies.comparison import comparison_study
     from ..views.reports.report_files import write_report
-    from ..views.screen import progress_bar, quantity, show_table
+    from ..views.progress import progress_bar
+    from ..views.screen import quantity, show_table
 
     study = comparison_study()
-    table = _run(study, out, workers)
+    table = make_runs(study, out, workers=workers)
     with progress_bar() as progress:
-        write_report(study, table, out, progress)
+        written = write_report(study, table, out, progress)
     show_table(
         ("scenario", "law", "peak torque", "sign changes", "tracking error", "ended"),
         [
@@ -94,16 +90,4 @@ def compare(
             for run in table.to_pylist()
         ],
     )
-    typer.echo(f"written to {out}: compare.md, figures and the table")
-
-
-def _run(study: Study, out: Path, workers: int | None) -> pa.Table:
-    """Make the runs that are not there yet, with a progress bar."""
-    from ..views.screen import processors, progress_bar
-
-    with progress_bar() as progress:
-        return study.run(
-            out,
-            workers=processors() if workers is None else workers,
-            progress=lambda each: progress(f"{each.done} of {each.total} runs", each.done / each.total),
-        )
+    typer.echo(f"written to {out}: {', '.join(written)}")

@@ -1,1 +1,6 @@
-"""Many runs: the studies made with the laws, from the paper's own case to random motions of any robot."""
+"""Many runs: the engine that makes them, and the studies made with it, from the paper's own case to random motions."""
+
+from .study import Place, Study
+from .study_progress import StudyProgress
+
+__all__ = ["Place", "Study", "StudyProgress"]

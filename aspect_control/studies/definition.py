@@ -21,6 +21,9 @@ from ..simulation.events.registry import EVENTS
 MOST_SAMPLES = 10_000_000
 """The most random motions of a study."""
 
+MOST_POINTS = 100_000
+"""The most grid points of a study."""
+
 Grid = Annotated[dict[str, Any], Field(min_length=1)]
 
 
@@ -90,6 +93,8 @@ class StudyDefinition(Section):
             for key, values in _flat(table):
                 if not isinstance(values, list) or not values:
                     raise ValueError(f"grid: {key} must be a list of at least one value, got {values!r}")
+        if self.number_of_points > MOST_POINTS:
+            raise ValueError(f"grid: {self.number_of_points:,} points, at most {MOST_POINTS:,} are possible")
         for name in self.endings or []:
             try:
                 known_name(name, EVENTS.available(), "event")

@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..checks import known_name, whole_number
-from ..exceptions import ParameterError, StudyError, WorkerError, shown
-from .progress import StudyProgress
+from ..exceptions import ParameterError, WorkerError, shown
 from .rows import make_row, to_table
 from .shards import ShardFolder, failed_runs
 from .study import Study
+from .study_progress import StudyProgress
 from .warm import become_worker, warm_up
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def run_study(
         raise ParameterError(
             f"a Dask cluster needs engine='dask' and scheduler='tcp://HOST:PORT', got {engine!r} and {shown(scheduler)}"
         )
-    chosen = chunks_of(study, shard)
+    chosen = study.chunks_of(shard)
     folder = None if out is None else ShardFolder(study, out)
     if folder is not None and not resume:
         folder.clear()
@@ -81,26 +81,6 @@ def run_study(
     if folder is not None:
         return folder.table()
     return pa.concat_tables([tables[chunk] for chunk in sorted(tables)])
-
-
-def chunks_of(study: Study, shard: str | None) -> Sequence[int]:
-    """Return the chunks of a study, or of a part of it such as `"2/8"`.
-
-    Raises:
-        StudyError: If `shard` is no part.
-    """
-    if shard is None:
-        return range(study.chunks)
-    try:
-        index, number = map(int, shard.split("/"))
-        if not 1 <= index <= number:
-            raise ValueError
-    except (AttributeError, ValueError):
-        raise StudyError(f"shard must be i/n with i from 1 to n, such as 2/8, got {shown(shard)}") from None
-    chosen = range(index - 1, study.chunks, number)
-    if not chosen:
-        raise StudyError(f"shard {shard} is empty: the study has {study.chunks} chunks; give at most that many shards")
-    return chosen
 
 
 class Count:

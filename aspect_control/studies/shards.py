@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..checks import file_path
 from ..exceptions import DamagedShardWarning, OutputError, StudyError
 from ..files import atomic_path, output_folder, write_text
+from .definition import define
 from .rows import ERROR
 from .study import Study
 
@@ -71,6 +72,16 @@ class ShardFolder:
                 if table.num_rows == len(self.study.rows_of(chunk)):
                     found[chunk] = failed_runs(table)
         return found
+
+    def missing(self, shard: str | None = None) -> int:
+        """Return how many runs of the study, or of a part of it, are not there.
+
+        Raises:
+            StudyError: If `shard` is no part, or a file belongs to another study.
+        """
+        chunks = self.study.chunks_of(shard)
+        there = self.finished(chunks)
+        return sum(len(self.study.rows_of(chunk)) for chunk in chunks if chunk not in there)
 
     def write(self, chunk: int, table: pa.Table) -> None:
         """Write the table of a chunk.
@@ -151,13 +162,60 @@ def read_folder(folder: Path) -> pa.Table:
         StudyError: If it is no folder of a study, or a file belongs to another one.
         OutputError: If a file is cut short.
     """
-    import pyarrow as pa
-
     record = read_record(folder)
     paths = sorted((folder / "shards").glob("*.parquet"))
     if not paths:
         raise StudyError(f"{folder} has no runs yet")
-    return pa.concat_tables([read_shard(path, record["hash"]) for path in paths])
+    return in_order([read_shard(path, record["hash"]) for path in paths])
+
+
+def study_of(folder: Path) -> Study:
+    """Return the study that a folder belongs to.
+
+    Raises:
+        StudyError: If it is no folder of a study, or what the study is made of has changed since.
+        AspectControlError: If a scenario or its robot cannot be read any more.
+    """
+    record = read_record(folder)
+    definition = dict(record["definition"])
+    study = Study(define(str(folder), definition, Path(definition.pop("folder"))), record["name"])
+    require_same(record, record_of(study), folder)
+    return study
+
+
+def merge_folders(folders: Sequence[Path], out: Path) -> tuple[pa.Table, int]:
+    """Put the parts of a study into one Parquet file.
+
+    Args:
+        folders: Folders of parts of one study.
+        out: The file to write.
+
+    Returns:
+        The table, in the order of the whole, and how many runs are missing in it.
+
+    Raises:
+        StudyError: If the folders belong to different studies.
+        OutputError: If a file is cut short, or `out` cannot be written.
+    """
+    import pyarrow.parquet as pq
+
+    first, *others = [read_record(folder) for folder in folders]
+    for folder, record in zip(folders[1:], others, strict=True):
+        require_same(record, first, folder)
+    table = in_order([read_folder(folder) for folder in folders])
+    with atomic_path(out) as temporary:
+        pq.write_table(table, temporary)
+    return table, int(first["runs"]) - table.num_rows
+
+
+def in_order(tables: Sequence[pa.Table]) -> pa.Table:
+    """Return the rows of several tables in the order of the whole, each once."""
+    import numpy as np
+    import pyarrow as pa
+
+    table = pa.concat_tables(tables)
+    _, firsts = np.unique(table.column("row").to_numpy(), return_index=True)
+    return table.take(firsts).combine_chunks()
 
 
 def read_shard(path: Path, study: str, columns: list[str] | None = None) -> pa.Table:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..checks import known_name, whole_number
-from ..exceptions import AspectBorderWarning, StudyError, UndefinedCriterionWarning
+from ..exceptions import AspectBorderWarning, StudyError, UndefinedCriterionWarning, shown
 from ..scenario import Setup, changed
 from ..scenario.setup import start_configuration, start_velocity
 from ..simulation import Run, completed, simulate
@@ -132,6 +132,41 @@ class Study:
         """
         known_name(scenario, self.scenarios, "scenario", context=self.name)
         return tuple(each.run_label for each in self.scenarios[scenario].controllers)
+
+    def describe(self) -> str:
+        """Return the size of the study in words: `"400 runs: 1 scenario, 2 grid points, 40 motions, 5 laws"`."""
+        laws = {law for scenario in self.scenarios for law in self.laws(scenario)}
+        sizes = {"scenario": len(self.scenarios), "grid point": len(self.points), "motion": self.motions}
+        sizes["law"] = len(laws)
+        counted = (f"{size:,} {name}{'s' * (size != 1)}" for name, size in sizes.items())
+        return f"{self.runs:,} runs: {', '.join(counted)}"
+
+    def cases(self, scenario: str) -> tuple[Case, ...]:
+        """Return what is run on every motion of a scenario, in the order of the table.
+
+        Raises:
+            UnknownNameError: If the study has no such scenario.
+        """
+        self.laws(scenario)
+        return tuple(self._cases[scenario])
+
+    def chunks_of(self, shard: str | None) -> range:
+        """Return the chunks of the study, or of a part of it such as `"2/8"`.
+
+        Raises:
+            StudyError: If `shard` is no part.
+        """
+        if shard is None:
+            return range(self.chunks)
+        try:
+            index, number = map(int, shard.split("/"))
+            if not 1 <= index <= number:
+                raise ValueError
+        except (AttributeError, ValueError):
+            raise StudyError(f"shard must be i/n with i from 1 to n, such as 2/8, got {shown(shard)}") from None
+        if index > self.chunks:
+            raise StudyError(f"shard {shard} is empty: the study has {self.chunks} chunks; give at most that many")
+        return range(index - 1, self.chunks, number)
 
     def rows_of(self, chunk: int) -> range:
         """Return the numbers of the rows of a chunk."""

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ..aspects import SelfMotion, Start, growth
 from ..exceptions import ParameterError
 from ..studies.paper import AGREES, Claim
+from .progress import describe_time
 
 LONG = 1800.0
 """From how long on work is begun only with `--yes`, s."""
@@ -25,14 +24,6 @@ LONG = 1800.0
 def processors() -> int:
     """Return how many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def describe_time(seconds: float) -> str:
-    """Return a time for reading: `"40 s"`, `"12 min"`, `"3.5 h"`, `"2.1 days"`."""
-    for length, unit in ((86400.0, "days"), (3600.0, "h")):
-        if seconds >= length:
-            return f"{seconds / length:.1f} {unit}"
-    return f"{seconds / 60.0:.0f} min" if seconds >= 60.0 else f"{seconds:.0f} s"
 
 
 def confirm_long_run(what: str, seconds: float, instead: str, yes: bool) -> None:
@@ -54,25 +45,6 @@ def confirm_long_run(what: str, seconds: float, instead: str, yes: bool) -> None
 def quantity(value: float) -> str:
     """Write a number for reading: with a decimal and thousands apart, or in scientific notation if it is huge."""
     return f"{value:,.1f}" if abs(value) < 1e7 else f"{value:.1e}"
-
-
-@contextmanager
-def progress_bar() -> Iterator[Callable[[str, float], None]]:
-    """Show a progress bar if standard error is a terminal.
-
-    Yields:
-        A function that takes what is being done and the part of all work that is done, 0 to 1.
-    """
-    columns = (
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
-        TimeElapsedColumn(),
-        TextColumn("{task.description}"),
-    )
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("", total=1.0)
-        yield lambda label, part: progress.update(task, description=label, completed=part)
 
 
 def show_laws(summary: dict[str, dict[str, Any]]) -> None:

@@ -15,7 +15,7 @@ from aspect_control.cli import main
 from aspect_control.exceptions import JointNotFoundError, ParameterError
 from aspect_control.studies.paper import trajectory_a as paper
 from aspect_control.views import atlas_figure, stability_figure
-from aspect_control.views.screen import describe_time
+from aspect_control.views.progress import describe_time
 from example_arms import example_arm
 from oracles import planar_reference
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 Progress: TypeAlias = Callable[[str, float], None]
 
 
-def write_report(study: Study, table: pa.Table, folder: Path, progress: Progress) -> None:
+def write_report(study: Study, table: pa.Table, folder: Path, progress: Progress) -> list[str]:
     """Write the report that the definition of a study asks for.
 
     Args:
@@ -37,29 +37,33 @@ def write_report(study: Study, table: pa.Table, folder: Path, progress: Progress
         folder: Where the files go.
         progress: Called with what is being done and the part of the work that is done, 0 to 1.
 
+    Returns:
+        The names of the files, the report first.
+
     Raises:
         UnknownNameError: If there is no such report.
         OutputError: If a file cannot be written.
     """
-    name = study.definition.report
-    known_name(name, REPORTS, "report", context=study.name)
-    REPORTS[name](study, table, folder, progress)
+    writer = REPORTS[known_name(study.definition.report, REPORTS, "report", context=study.name)]
+    return writer(study, table, folder, progress)
 
 
-def write_summary(study: Study, table: pa.Table, folder: Path, progress: Progress) -> None:
-    """Write what can be said of every study: `report.md` and its figures; see `write_report`."""
+def write_summary(study: Study, table: pa.Table, folder: Path, progress: Progress) -> list[str]:
+    """Write what can be said of every study; as `write_report`."""
+    progress("report", 0.0)
+    write_text(folder / "report.md", study_report(table, study.definition.description))
+    figures = _save(study_figure(table), folder, "study")
     scenarios = table["scenario"].unique().to_pylist() if varying_keys(table) else []
-    _save(study_figure(table), folder / "study")
     for index, scenario in enumerate(scenarios):
         progress(f"figure of {scenario}", index / len(scenarios))
-        _save(grid_figure(table, scenario), folder / f"grid-{scenario}")
-    write_text(folder / "report.md", study_report(table, study.definition.description))
+        figures += _save(grid_figure(table, scenario), folder, f"grid-{scenario}")
+    return ["report.md", *figures]
 
 
 def write_survey(
     study: Study, table: pa.Table, folder: Path, progress: Progress, checks: Sequence[ChainCheck] = ()
-) -> None:
-    """Write `survey.md`, `survey.json` and the figure; see `write_report`.
+) -> list[str]:
+    """Write the survey; as `write_report`.
 
     Args:
         study: The study.
@@ -69,27 +73,29 @@ def write_survey(
         checks: What came of checking every chain of every example robot; empty if that was not asked for.
     """
     rows = survey_rows(table)
-    progress("figure and report", 0.0)
-    _save(survey_figure(rows), folder / "survey")
+    progress("report", 0.0)
     document = {"runs": [row.to_dict() for row in rows], "chains": [check.to_dict() for check in checks]}
     write_text(folder / "survey.json", json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
     write_text(folder / "survey.md", survey_report(rows, checks))
+    return ["survey.md", "survey.json", *_save(survey_figure(rows), folder, "survey")]
 
 
-def write_comparison(study: Study, table: pa.Table, folder: Path, progress: Progress) -> None:
-    """Write `compare.md` and the figures of torques, for which the runs are made again; see `write_report`."""
+def write_comparison(study: Study, table: pa.Table, folder: Path, progress: Progress) -> list[str]:
+    """Write the comparison of laws; for the figures of torques the runs are made again; as `write_report`."""
+    write_text(folder / "compare.md", comparison_report(table))
     runs = [(row["scenario"], row["law"]) for row in table.to_pylist() if row["status"] != "error"]
+    figures = []
     for scenario in dict.fromkeys(name for name, _ in runs):
         recorded = {}
         for index, (name, law) in enumerate(runs):
             if name == scenario:
                 progress(f"torques of {scenario}: {law}", index / len(runs))
                 recorded[law] = study.record(scenario, 0, law)
-        _save(torque_figure(recorded, scenario), folder / f"torques-{scenario}")
-    write_text(folder / "compare.md", comparison_report(table))
+        figures += _save(torque_figure(recorded, scenario), folder, f"torques-{scenario}")
+    return ["compare.md", *figures]
 
 
-REPORTS: dict[str, Callable[[Study, pa.Table, Path, Progress], None]] = {
+REPORTS: dict[str, Callable[[Study, pa.Table, Path, Progress], list[str]]] = {
     "summary": write_summary,
     "survey": write_survey,
     "comparison": write_comparison,
@@ -97,6 +103,8 @@ REPORTS: dict[str, Callable[[Study, pa.Table, Path, Progress], None]] = {
 """What writes a report, by the name that it has in a study file."""
 
 
-def _save(figure: Any, path: Path) -> None:
-    for suffix in (".png", ".svg"):
-        save_figure(figure, path.with_name(path.name + suffix))
+def _save(figure: Any, folder: Path, name: str) -> list[str]:
+    names = [f"{name}.png", f"{name}.svg"]
+    for each in names:
+        save_figure(figure, folder / each)
+    return names

@@ -1,0 +1,69 @@
+"""How long a study is going to take."""
+
+from __future__ import annotations
+
+import time
+import warnings
+
+from ..exceptions import AspectBorderWarning, UndefinedCriterionWarning
+from ..simulation import Sample, simulate
+from .study import Study
+from .warm import warm_up
+
+TIMED_SAMPLES = 60
+"""Samples of each law that are run to tell how long the whole takes."""
+
+
+class _EnoughTimedError(Exception):
+    """Enough samples were timed."""
+
+
+def time_estimate(study: Study, workers: int) -> float:
+    """Return how long a study is going to take at most, s, from timing the first steps of each law.
+
+    Runs that end early take less. Motions are taken to be as long as the first one.
+
+    Args:
+        study: The study.
+        workers: Number of processes.
+
+    Raises:
+        AspectControlError: If something cannot be built, or a law cannot start.
+    """
+    warm_up()
+    seconds = 0.0
+    for scenario in study.scenarios:
+        costs = {law: _seconds_a_sample(study, scenario, law) for law in study.laws(scenario)}
+        for case in study.cases(scenario):
+            setup, motion = study.setup(scenario, case.point), study.motion(scenario, 0, case.point)
+            seconds += costs[case.law] * (motion.trajectory.duration / setup.dt + 1.0)
+    return seconds * study.motions / max(1, min(workers, study.chunks))
+
+
+def _seconds_a_sample(study: Study, scenario: str, law: str) -> float:
+    setup, motion = study.setup(scenario), study.motion(scenario, 0)
+    count = 0
+
+    def watch(sample: Sample) -> None:
+        nonlocal count
+        count += 1
+        if count == TIMED_SAMPLES:
+            raise _EnoughTimedError
+
+    started = time.perf_counter()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AspectBorderWarning)
+        warnings.simplefilter("ignore", UndefinedCriterionWarning)
+        run = simulate(
+            setup.laws[law],
+            motion.trajectory,
+            q0=motion.q0,
+            v0=motion.v0,
+            dt=setup.dt,
+            plant=setup.plant,
+            integrator=setup.integrator,
+            events=setup.events,
+            watch=watch,
+        )
+        run.metrics()
+    return (time.perf_counter() - started) / count

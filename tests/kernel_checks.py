@@ -14,8 +14,8 @@ import aspect_control.redundancy
 from aspect_control import Arm, Target, controllers
 from aspect_control.redundancy import compile_kernels, kernels_compiled, minors, pseudoinverse
 from aspect_control.redundancy.generalized_inverse import least_norm_solution
-from aspect_control.redundancy.gradients import laplace_expansion
 from aspect_control.redundancy.kernels import Kernel
+from aspect_control.redundancy.laplace import laplace_expansion
 from aspect_control.resources import model_path
 from example_arms import example_arm
 from oracles import literal

@@ -14,7 +14,7 @@ from aspect_control import controllers
 PACKAGE = Path(aspect_control.__file__).parent
 FILES = sorted(PACKAGE.rglob("*.py"))
 SOLVERS = {"daqp", "osqp", "qpsolvers", "quadprog", "scipy"}
-HEAVY = {"matplotlib", "meshcat", "mujoco", "numba"} | SOLVERS
+HEAVY = {"matplotlib", "meshcat", "mujoco", "numba", "pandas"} | SOLVERS
 LONGEST = 300
 
 SHARED = {"checks", "exceptions", "files", "limits", "registry", "resources"}

@@ -1,17 +1,15 @@
 """What is computed from one run."""
 
-from .border_ahead import BorderAhead, border_ahead, preview, warn_of_border_ahead
-from .limit import ContinuousLimit, continuous_limit
-from .metrics import (
+from ..simulation.metrics import (
     ZeroCrossing,
     aspect_preserved,
-    exploded,
-    intervals,
     minor_zero_crossings,
     peak_torque,
-    summarize,
     total_variation,
 )
+from .border_ahead import BorderAhead, border_ahead, preview, warn_of_border_ahead
+from .limit import ContinuousLimit, continuous_limit
+from .summary import exploded, intervals, summarize
 
 __all__ = [
     "BorderAhead",

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..aspects import Atlas, growth, self_motion
 from ..simulation import Run
-from .metrics import minor_zero_crossings
+from ..simulation.metrics import minor_zero_crossings
 from .self_motion_of_run import self_motion_of_run
 
 _COMPARED = 200

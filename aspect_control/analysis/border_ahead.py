@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from ..controllers import Controller
 from ..exceptions import AspectBorderWarning, AspectControlError, UndefinedCriterionWarning
 from ..simulation import Run, completed, simulate
+from ..simulation.metrics import minor_zero_crossings, signed_at_start
 from ..trajectories import Trajectory
-from .metrics import minor_zero_crossings, signed_at_start
 
 NEAR = 0.01
 """Part of its own scale below which a minor counts as near zero."""

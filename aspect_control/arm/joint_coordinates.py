@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import finite_vector, read_only
+from ..checks import LARGEST, finite_vector, read_only
 from ..exceptions import ParameterError
 from ..redundancy import Array
 from .chain import NO_LIMIT, is_prismatic, joint_position, position_limits, unit_hint
@@ -144,6 +144,15 @@ class JointCoordinates:
                 f"got {q.tolist()}; arm.configuration(positions) makes a q of angles"
             )
         return q
+
+    def checked_configurations(self, q: Array) -> Array:
+        """Return many configurations, shape (k, nq), rad, after checking them.
+
+        Raises:
+            AspectControlError: As `checked_configuration` does, of the first that is refused.
+        """
+        sound = q.ndim == 2 and q.shape[1] == self.nq == self.nv and np.abs(q).max(initial=0.0) <= LARGEST
+        return q if sound else np.array([self.checked_configuration(each) for each in q]).reshape(len(q), self.nq)
 
 
 def _limit(values: Array) -> Array:

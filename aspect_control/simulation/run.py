@@ -6,27 +6,33 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arm import Arm, ArmState
+from ..arm import Arm
+from ..arm.state_samples import StateSamples
 from ..criteria import Criterion
 from ..redundancy import (
     Array,
-    aspect_signature,
     border_distance,
-    homogeneous_acceleration,
-    homogeneous_velocity,
-    minimum_torque,
-    minor_measure,
+    border_tolerance,
+    geometric_mean,
+    maciejewski_product,
     minor_rates,
+    minor_signs,
     minors,
-    pseudoinverse_torque,
-    task_acceleration,
+    null_space_part,
+    null_space_rows,
     time_to_border,
 )
+from .metrics import Metric, metrics_of
 from .run_file import ARRAYS, RunInfo, read_run, write_run
+from .run_frame import frame_of
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,11 +76,10 @@ class Run:
         """The status in words, with the time."""
         return self.info.message
 
-    @cached_property
+    @property
     def x(self) -> Array:
         """Task values, shape (k, m), m; for a task with rotations (k, 7), position and quaternion."""
-        coordinates = self.arm.coordinates
-        return self._stack((coordinates.encode(self.arm.task_position(q)) for q in self.q), (coordinates.encoded_size,))
+        return self._samples.x
 
     @cached_property
     def task_error(self) -> Array:
@@ -95,10 +100,10 @@ class Run:
         error: Array = np.linalg.norm(self.task_error[:, self.arm.coordinates.rotation_rows], axis=1)
         return error
 
-    @cached_property
+    @property
     def jacobians(self) -> Array:
         """Jacobians of the task coordinates, shape (k, m, nv)."""
-        return self._stack((self.arm.jacobian(q) for q in self.q), (self.arm.task_dim, self.arm.nv))
+        return self._samples.J
 
     @cached_property
     def minors(self) -> Array:
@@ -108,15 +113,18 @@ class Run:
     @cached_property
     def minor_measure(self) -> Array:
         """H of Eq. (18) of the minors in `minors`, shape (k,), in their unit; zero on a border."""
-        return minor_measure(self.jacobians, self.arm.minor_columns)
+        return geometric_mean(self.minors)
+
+    @cached_property
+    def manipulability(self) -> Array:
+        """W of Eq. (25), shape (k,), in the unit of the minors: by Cauchy and Binet the norm of all minors."""
+        w: Array = np.linalg.norm(self.minors, axis=1)
+        return w
 
     @cached_property
     def minor_rates(self) -> Array:
         """Rates δ̇_i of the minors in `minors` at the recorded velocity, shape (k, p), in their unit per s."""
-        J_dot = self._stack(
-            (self.arm.jacobian_derivative(q) @ v for q, v in zip(self.q, self.v, strict=True)), self.jacobians.shape[1:]
-        )
-        return minor_rates(self.jacobians, J_dot, self.arm.minor_columns)
+        return minor_rates(self.jacobians, self._samples.dJ, self.arm.minor_columns)
 
     @cached_property
     def border_distance(self) -> Array:
@@ -137,7 +145,7 @@ class Run:
     @cached_property
     def aspect_signatures(self) -> NDArray[np.int8]:
         """Sign of each minor: −1, 0 on a border, or 1, shape (k, p)."""
-        return aspect_signature(self.jacobians, self.arm.minor_columns)
+        return minor_signs(self.minors, border_tolerance(self.jacobians))
 
     def values_of(self, criterion: Criterion) -> Array:
         """Return H of a criterion at every sample, shape (k,), in its own unit.
@@ -145,26 +153,31 @@ class Run:
         Args:
             criterion: A criterion of the arm, such as `criteria.create("joint-range", run.arm)`.
         """
-        return self._stack((np.array(criterion.value(state)) for state in self._states), ())
+        pairs = zip(self.q, self.v, strict=True)
+        return self._stack((np.array(criterion.value(self.arm.state(q, v))) for q, v in pairs), ())
 
     @cached_property
     def homogeneous_velocity(self) -> Array:
         """Self-motion θ̇_H = (I − J⁺J)θ̇, Eq. (15), shape (k, nv), rad/s."""
-        pairs = zip(self.jacobians, self.v, strict=True)
-        return self._stack((homogeneous_velocity(J, v) for J, v in pairs), (self.arm.nv,))
+        return null_space_part(self._null_space, self.v)
+
+    @cached_property
+    def self_motion_energy(self) -> Array:
+        """Kinetic energy of the self-motion, ½ θ̇_Hᵀ M θ̇_H, shape (k,), J."""
+        velocity = self.homogeneous_velocity
+        energy: Array = np.einsum("ki,kij,kj->k", velocity, self._samples.M, velocity) / 2.0
+        return energy
 
     @cached_property
     def pseudoinverse_torque(self) -> Array:
         """τ̃ of Eq. (7) for the task acceleration that the recorded torque brings about, shape (k, nv), N m."""
-        return self._stack(
-            (pseudoinverse_torque(s.M, s.nle, s.J, b) for s, b in self._states_and_accelerations()), (self.arm.nv,)
-        )
+        torque: Array = self.tau - np.einsum("kij,kj->ki", self._samples.M, self.homogeneous_acceleration)
+        return torque
 
     @cached_property
     def homogeneous_acceleration(self) -> Array:
         """(I − J⁺J)θ̈ = M⁻¹(τ − τ̃), the null-space acceleration that the torque brings about, shape (k, nv), rad/s²."""
-        rows = zip(self._states, self.tau, self.pseudoinverse_torque, strict=True)
-        return self._stack((homogeneous_acceleration(s.M, tau, tilde) for s, tau, tilde in rows), (self.arm.nv,))
+        return null_space_part(self._null_space, self._acceleration)
 
     @cached_property
     def maciejewski_product(self) -> Array:
@@ -174,16 +187,7 @@ class Run:
         where it would feed the self-motion. τ̃ in Eq. (16) is the one that gives the task acceleration which the
         recorded torque brings about; for a law of the form of Eq. (5) that is Eq. (7) itself.
         """
-        pairs = zip(self._states_and_accelerations(), self.pseudoinverse_torque, strict=True)
-        theta_ddot_H = self._stack(
-            (
-                homogeneous_acceleration(s.M, minimum_torque(s.M, s.nle, s.J, b), tau_tilde)
-                for (s, b), tau_tilde in pairs
-            ),
-            (self.arm.nv,),
-        )
-        product: Array = np.einsum("ki,ki->k", self.homogeneous_velocity, theta_ddot_H)
-        return product
+        return maciejewski_product(self._null_space, self._samples.M, self.v, self.tau, self._acceleration)
 
     @cached_property
     def null_space_term_on(self) -> NDArray[np.bool_]:
@@ -192,8 +196,42 @@ class Run:
         on: NDArray[np.bool_] = difference > 1e-8 * (1.0 + np.linalg.norm(self.tau, axis=1))
         return on
 
-    def metrics(self):
-        return {"end": float(self.t[-1]), "peak_torque": float(np.abs(self.tau).max())}
+    def metrics(self) -> dict[str, Metric]:
+        """Return the figures of merit of the run, flat: one finite number, word or None each.
+
+        What overflows, as after a divergence, and what does not apply is None.
+
+        Returns:
+            In this order: `end` (s, time of the last sample); `samples`; `peak_torque` (largest |τ| of any joint, N m),
+            `peak_torque_time` (s) and `peak_torque_joint`; `peak_torque_inside` (the same before the first minor
+            changes sign, N m); `torque_squared_integral` (∫‖τ‖²dt, N² m² s); `torque_total_variation` (sum over the
+            joints, N m); `peak_speed` (largest |θ̇| of any joint, rad/s); `self_motion_max` (largest ‖θ̇_H‖, rad/s);
+            `self_motion_energy_max` (largest ½θ̇_HᵀMθ̇_H, J); `aspect_preserved`; `sign_changes` of minors; `left_at` (s,
+            when the first one changes sign); `margin` (least of sign(δ_i(0)) δ_i / scale_i over the minors that have a
+            sign at the start, dimensionless: below zero once the aspect is left); `minors_on_border_at_start` (how
+            many have none); `minor_measure_min` and `manipulability_min` (in the unit of the minors);
+            `border_distance_min` (dimensionless) and `border_distance_min_time` (s); `time_to_border_min` (s);
+            `maciejewski_product_max` (rad²/s³) and `maciejewski_product_max_time` (s); `tracking_error_max`,
+            `tracking_error_rms` and `tracking_error_end` (m); `orientation_error_max` (rad).
+
+        Raises:
+            ParameterError: If the run has no samples.
+        """
+        return metrics_of(self)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the run as a tidy pandas `DataFrame`, one row a sample.
+
+        Returns:
+            Columns, with JOINT for the names of the joints, AXIS for the task coordinates and NUMBER for the minors,
+            counted from 1: `t` (s); `q.JOINT` (rad; m for prismatic joints; in (−π, π] for continuous ones), `v.JOINT`
+            (rad/s), `tau.JOINT` (N m); `x.AXIS` and `x_desired.AXIS` (m), for a task with rotations x, y, z and the
+            quaternion qx, qy, qz, qw; `dx_desired.AXIS` and `ddx_desired.AXIS` (m/s, rad/s and m/s², rad/s²);
+            `minor.NUMBER`, `tracking_error` (m), `orientation_error` (rad), `minor_measure` and `manipulability`
+            (in the unit of the minors), `border_distance` (dimensionless), `time_to_border` (s; may be infinite),
+            `self_motion` (‖θ̇_H‖, rad/s), `self_motion_energy` (J) and `maciejewski_product` (rad²/s³).
+        """
+        return frame_of(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run to a NumPy archive, with the arm, the law, its parameters and the versions used.
@@ -233,12 +271,18 @@ class Run:
         return f"Run({self.info.controller!r} on {self.arm.name!r}, {len(self.t)} samples, {self.info.message})"
 
     @cached_property
-    def _states(self) -> list[ArmState]:
-        return [self.arm.state(q, v) for q, v in zip(self.q, self.v, strict=True)]
+    def _samples(self) -> StateSamples:
+        return self.arm.kinematics.state_samples(self.q, self.v)
 
-    def _states_and_accelerations(self) -> Iterator[tuple[ArmState, Array]]:
-        for state, tau in zip(self._states, self.tau, strict=True):
-            yield state, task_acceleration(state.M, state.nle, state.J, tau)
+    @cached_property
+    def _null_space(self) -> Array:
+        return null_space_rows(self.jacobians)
+
+    @cached_property
+    def _acceleration(self) -> Array:
+        """Joint acceleration θ̈ = M⁻¹(τ − N) that the torque brings about, shape (k, nv), rad/s²."""
+        M, nle = self._samples.M, self._samples.nle
+        return np.asarray(np.linalg.solve(M, (self.tau - nle)[..., np.newaxis])[..., 0], dtype=np.float64)
 
     def _stack(self, rows: Iterator[Array], shape: tuple[int, ...]) -> Array:
         return np.array(list(rows)).reshape(len(self.t), *shape)

@@ -7,7 +7,8 @@ import numpy as np
 
 from aspect_control.arm import Arm
 from aspect_control.redundancy import Array, minimum_torque, minors, null_space_projector, pseudoinverse
-from aspect_control.redundancy.gradients import expanded_gradient, laplace_expansion
+from aspect_control.redundancy.gradients import expanded_gradient
+from aspect_control.redundancy.laplace import laplace_expansion
 from oracles import literal
 
 from . import arms

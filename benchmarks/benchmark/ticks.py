@@ -8,7 +8,8 @@ from __future__ import annotations
 from aspect_control import controllers
 from aspect_control.arm import Arm
 from aspect_control.controllers import Controller
-from aspect_control.redundancy.gradients import expanded_gradient, laplace_expansion
+from aspect_control.redundancy.gradients import expanded_gradient
+from aspect_control.redundancy.laplace import laplace_expansion
 from oracles import literal
 
 from . import arms

@@ -17,7 +17,7 @@ import qpsolvers
 from scipy.optimize import linprog
 
 from aspect_control import Arm, StraightLine, Target, controllers, simulate
-from aspect_control.analysis.metrics import aspect_preserved, total_variation
+from aspect_control.analysis import aspect_preserved, total_variation
 from aspect_control.controllers import QPStatus, QPTorque
 from aspect_control.exceptions import (
     AspectControlError,

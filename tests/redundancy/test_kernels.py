@@ -11,7 +11,7 @@ import pytest
 import kernel_checks
 from aspect_control import controllers
 from aspect_control.redundancy import kernels_compiled, minor_measure_gradient
-from aspect_control.redundancy.gradients import laplace_expansion
+from aspect_control.redundancy.laplace import laplace_expansion
 from kernel_checks import CLOSED_FORMS, COMPARED, SMALLEST, VARIANTS, nearly_singular, relative
 from oracles import literal
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from aspect_control.studies.summary import THRESHOLD, grid_keys, study_summary, varying_keys, with_explosions
+from aspect_control.studies.study_summary import THRESHOLD, grid_keys, study_summary, varying_keys, with_explosions
 from aspect_control.views import grid_figure, study_figure, study_report
 from study_tables import failed, table_of
 

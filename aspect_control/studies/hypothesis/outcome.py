@@ -16,9 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from ...analysis.metrics import aspect_preserved, exploded, minor_zero_crossings, signed_at_start
+from ...analysis import aspect_preserved, exploded, minor_zero_crossings
 from ...redundancy import Array, manipulability
 from ...simulation import Run
+from ...simulation.metrics import signed_at_start
 from .experiment import Draw, Experiment
 
 THRESHOLDS = (2.0, 3.0, 10.0, 30.0, 100.0)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...analysis.metrics import aspect_preserved, minor_zero_crossings
+from ...analysis import aspect_preserved, minor_zero_crossings
 from ...redundancy import Array
 from ...simulation import Run
 

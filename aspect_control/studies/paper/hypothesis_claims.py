@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...analysis.metrics import aspect_preserved
+from ...analysis import aspect_preserved
 from .claim import AGREES, DIFFERS, EXPLODED, PARTLY, Claim, peak_torque
 from .trajectory_a import Reproduction
 

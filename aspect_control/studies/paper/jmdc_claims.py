@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...analysis.metrics import aspect_preserved, intervals
+from ...analysis import aspect_preserved, intervals
 from .claim import AGREES, CALM, DIFFERS, PARTLY, Claim, describe_stretches, one_aspect, peak_torque
 from .trajectory_a import Reproduction
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...analysis.metrics import intervals
+from ...analysis import intervals
 from .claim import (
     AGREES,
     CALM,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import spearmanr
 
-from ...analysis.metrics import minor_zero_crossings
+from ...analysis import minor_zero_crossings
 from ...redundancy import manipulability
 from ...simulation import Run
 from .claim import (

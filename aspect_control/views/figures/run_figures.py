@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...analysis.metrics import total_variation
+from ...analysis import total_variation
 from ...checks import file_path, known_name
 from ...exceptions import OutputError
 from ...files import atomic_path

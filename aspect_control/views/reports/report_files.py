@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from ...checks import known_name
 from ...files import write_text
 from ...studies.chain_check import ChainCheck
-from ...studies.summary import varying_keys
+from ...studies.study_summary import varying_keys
 from ...studies.survey import survey_rows
 from ..figures.run_figures import save_figure
 from ..figures.study_figure import grid_figure, study_figure

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from ...studies.summary import THRESHOLD, RunsSummary, Spread, study_summary, varying_keys
+from ...studies.study_summary import THRESHOLD, RunsSummary, Spread, study_summary, varying_keys
 from .hypothesis_report import share
 from .markdown import markdown_table
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import threading
 import time
@@ -159,17 +160,35 @@ def make_chunk(study: Study, digest: str, chunk: int, parent: int | None) -> tup
 def _cluster(address: str | None) -> Iterator[None]:
     """Send joblib's work to a Dask cluster for as long as the block lasts."""
     try:
-        from distributed import Client
+        from distributed import Client, KilledWorker
+        from distributed.client import FutureCancelledError
     except ImportError as error:
-        raise ImportError("the engine 'dask' needs Dask: pip install 'aspect-control[cluster]'") from error
+        raise WorkerError("the engine 'dask' needs Dask: pip install 'aspect-control[cluster]'") from error
     from joblib import parallel_config
 
-    try:
-        client = Client(address, timeout=SECONDS_TO_CONNECT)  # type: ignore[no-untyped-call]
-    except Exception as error:
-        raise WorkerError(f"no scheduler of a Dask cluster at {address}: {error}") from error
-    with client, parallel_config("dask"):
+    with _silent("distributed"):  # what is wrong is told once, here
         try:
-            yield
-        except OSError as error:
-            raise WorkerError(f"the scheduler at {address} is gone: {error}") from error
+            client = Client(address, timeout=SECONDS_TO_CONNECT)  # type: ignore[no-untyped-call]
+        except (OSError, ValueError) as error:
+            raise WorkerError(f"no scheduler of a Dask cluster answers at {address}: {error}") from error
+        try:
+            with client, parallel_config("dask", n_jobs=-1, wait_for_workers_timeout=SECONDS_TO_CONNECT):
+                yield
+        except TimeoutError as error:
+            raise WorkerError(f"the cluster at {address} has no workers: {error}") from error
+        except (FutureCancelledError, KilledWorker, OSError) as error:
+            raise WorkerError(f"the cluster at {address} is gone, what it had computed stays: {error}") from error
+
+
+@contextmanager
+def _silent(package: str) -> Iterator[None]:
+    """Keep the loggers of a package quiet for as long as the block lasts."""
+    names = [name for name in logging.root.manager.loggerDict if f"{name}.".startswith(f"{package}.")]
+    levels = {logger: logger.level for logger in map(logging.getLogger, names)}
+    for logger in levels:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in levels.items():
+            logger.setLevel(level)

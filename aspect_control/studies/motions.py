@@ -144,8 +144,8 @@ class RandomLines:
         )
         raise ParameterError(
             f"no line was found for {self.name} within {MOST_DRAWS:,} sets of postures: {wrong_length:,} were not "
-            f"{bounds} apart, {on_border:,} started on a border; the workspace is too small for such a line, change the "
-            "displacement of the scenario"
+            f"{bounds} apart, {on_border:,} started on a border; the workspace is too small for such a line: change "
+            "the displacement of the scenario"
         )
 
     def _path(self, displacements: Array, durations: Array) -> Trajectory:

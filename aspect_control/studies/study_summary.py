@@ -40,8 +40,8 @@ class RunsSummary:
         runs: How many runs there are.
         finished: Those that reached the end of their motion.
         failed: Those that an error ended; all that follows leaves them out.
-        kept: Share of the runs that kept their aspect.
-        exploded: Share of the runs with a reference that exploded, see `with_explosions`.
+        kept: Share of the runs that kept their aspect, with the interval of as many runs as there are motions.
+        exploded: Share of the runs with a reference that exploded, see `with_explosions`; with the same interval.
         overflowed: Runs whose peak torque is no finite number; the spreads leave them out.
         peak_torque: Largest |τ| of any joint, N m.
         torque_squared_integral: ∫‖τ‖²dt, N² m² s.
@@ -125,8 +125,8 @@ def _summary(group: dict[str, Any], runs: pd.DataFrame) -> RunsSummary:
         runs=len(runs),
         finished=int((runs["status"] == "finished").sum()),
         failed=int(failed.sum()),
-        kept=_share(runs["aspect_preserved"]),
-        exploded=_share(runs["exploded"]),
+        kept=_share(runs, "aspect_preserved"),
+        exploded=_share(runs, "exploded"),
         overflowed=int((runs["peak_torque"].isna() & ~failed).sum()),
         peak_torque=_spread(runs["peak_torque"]),
         torque_squared_integral=_spread(runs["torque_squared_integral"]),
@@ -135,9 +135,15 @@ def _summary(group: dict[str, Any], runs: pd.DataFrame) -> RunsSummary:
     )
 
 
-def _share(flags: pd.Series[Any]) -> Proportion:
-    known = flags.dropna()
-    return proportion(int(known.sum()), len(known))
+def _share(runs: pd.DataFrame, column: str) -> Proportion:
+    """Return the share of a truth value, with the interval of as many runs as there are motions.
+
+    Runs on one motion, at several points of a grid, tell little more than one of them.
+    """
+    known = runs.dropna(subset=[column])
+    count, motions = int(known[column].sum()), len(known[["scenario", "sample"]].drop_duplicates())
+    interval = proportion(round(motions * count / len(known)), motions) if motions else proportion(0, 0)
+    return Proportion(count, len(known), interval.low, interval.high)
 
 
 def _spread(values: pd.Series[Any]) -> Spread:

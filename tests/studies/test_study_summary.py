@@ -112,6 +112,26 @@ def test_laws_are_compared_at_the_same_values_of_the_grid():
     assert groups == [{"controller.kp": row["controller.kp"], "law": row["law"]} for row in rows]
 
 
+def test_runs_on_one_motion_count_once_in_an_interval():
+    rows = [
+        {"point": point, "sample": sample, "aspect_preserved": sample < 3} for point in range(5) for sample in range(12)
+    ]
+    found = by_law(table_of(*rows))["jmdc"].kept
+    interval = binomtest(3, 12).proportion_ci(0.95, method="wilson")
+    assert (found.count, found.total, found.low, found.high) == (15, 60, interval.low, interval.high)
+
+
+@given(kept=st.lists(st.lists(st.booleans(), min_size=1, max_size=6), min_size=1, max_size=8))
+def test_a_share_lies_within_its_interval(kept):
+    rows = [
+        {"sample": sample, "point": point, "aspect_preserved": value}
+        for sample, values in enumerate(kept)
+        for point, value in enumerate(values)
+    ]
+    found = by_law(table_of(*rows))["jmdc"].kept
+    assert found.low - 1e-12 <= found.value <= found.high + 1e-12
+
+
 def test_a_parameter_of_one_law_does_not_take_its_reference_away():
     """The other laws run once, at the first point."""
     key = "controller.wild.kappa"
@@ -240,4 +260,4 @@ def test_figure_of_a_grid_shows_a_parameter_of_one_law_for_that_law_alone():
     key = "controller.wild.kappa"
     rows = [CALM, *({**WILD, key: value, "point": point} for point, value in enumerate((0.0, 0.1)))]
     kept, _ = grid_figure(table_of(*rows, keys=(key,)), "arm").axes
-    assert [len(line.get_xdata()) for line in kept.get_lines()] == [0, 2]
+    assert [line.get_xdata().tolist() for line in kept.get_lines()] == [[0.0, 1.0]]

@@ -89,30 +89,32 @@ def grid_figure(table: pa.Table, scenario: str) -> Any:
     picked = table.filter(pc.field("scenario") == scenario)
     keys = varying_keys(table)
     looks = _looks(map(str, picked["law"].to_pylist()))
-    # The laws stand side by side, so that no interval hides another.
-    step = min(0.07, 0.7 / len(looks))
     with style():
         figure: Any = Figure(figsize=(10.0, 1.0 + 2.7 * len(keys)), layout="constrained")
         rows = figure.subplots(len(keys), 2, sharey="col", squeeze=False)
         for (kept, exploded), key in zip(rows, keys, strict=True):
             summaries = study_summary(picked.filter(picked[key].is_valid()), (key, "law"))
             values = sorted({each.group[key] for each in summaries})
-            for index, (law, look) in enumerate(looks.items()):
+            laws = [law for law in looks if any(each.group["law"] == law for each in summaries)]
+            # The laws stand side by side, so that no interval hides another.
+            step = min(0.07, 0.7 / max(len(laws), 1))
+            for index, law in enumerate(laws):
                 mine = sorted((s for s in summaries if s.group["law"] == law), key=lambda each: each.group[key])
-                places = [values.index(s.group[key]) + step * (index - (len(looks) - 1) / 2.0) for s in mine]
+                places = [values.index(s.group[key]) + step * (index - (len(laws) - 1) / 2.0) for s in mine]
                 for axes, shares in ((kept, [s.kept for s in mine]), (exploded, [s.exploded for s in mine])):
                     heights = [np.nan if share.value is None else share.value for share in shares]
-                    axes.plot(places, heights, linewidth=1.0, label=law_name(law), **look)
+                    axes.plot(places, heights, linewidth=1.0, label=law_name(law), **looks[law])
                     ends = [share.low for share in shares], [share.high for share in shares]
-                    axes.vlines(places, *ends, color=look["color"], linewidth=1.4)
+                    axes.vlines(places, *ends, color=looks[law]["color"], linewidth=1.4)
             for axes in (kept, exploded):
                 axes.set_xticks(range(len(values)), [_value(value) for value in values])
-                axes.set(xlabel=_key_name(key))
+                axes.set(xlabel=_key_name(key), xlim=(-0.5, len(values) - 0.5))
                 _percent(axes.yaxis, axes.set_ylim)
             kept.set(ylabel="share of runs (%)")
         for axes, heading in zip(rows[0], SHARES.values(), strict=True):
             axes.set_title(heading)
-        figure.legend(*rows[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+        entries = {line.get_label(): line for axes in rows[:, 0] for line in axes.get_lines()}
+        figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=3)
         figure.suptitle(plain_text(scenario))
         return figure
 

@@ -53,8 +53,14 @@ def study_report(table: pa.Table, description: str = "") -> str:
         "is the smallest peak torque, the largest |τ| of any joint, among the laws that finish it"
         + (" with the same values of the grid, but for parameters of single laws" if keys else "")
         + f". Exploded: the run diverged, or its peak is more than {THRESHOLD:g} times the reference; motions "
-        "without a reference are left out. In brackets 95 % confidence intervals (Wilson). Of peak torque, its "
-        "integral and the tracking error: median / 95th percentile of the runs that did not fail.",
+        "without a reference are left out. In brackets 95 % confidence intervals (Wilson)"
+        + (
+            ", where several points of the grid stand together those of as many runs as there are motions"
+            if keys
+            else ""
+        )
+        + ". Of peak torque, its integral and the tracking error: median / 95th percentile of the runs that did not "
+        "fail.",
         "",
         "![what each law came to](study.png)",
         "",

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arm import Arm
+from ..arm.tasks import TaskValue
 from ..exceptions import ParameterError, ScenarioError, ShapeError
 from ..redundancy import Array
 from ..trajectories import StraightLine, Trajectory, Waypoints
@@ -19,7 +20,7 @@ SHORTEST, LONGEST = 0.5, 1.5
 """Length of a drawn line over that of the scenario's own."""
 
 MOST_DRAWS = 10_000
-"""Sets of postures after which a line that fits is given up."""
+"""Draws of postures after which a line that fits is given up."""
 
 
 class Motion(NamedTuple):
@@ -52,8 +53,8 @@ class RandomLines:
     both turn, the angle too. The profile is the model's, and the duration grows with the square root of the length, so
     that the peak acceleration is the model's, too.
 
-    With more than one leg the motion goes on to where further postures, drawn with the others, put the frame; each leg
-    is as long as a line may be, and a cubic spline, `Waypoints`, leads through the points between.
+    With more than one leg the motion goes on to where further postures put the frame, each drawn again until its leg is
+    as long as a line may be; a cubic spline, `Waypoints`, leads through the points.
 
     Attributes:
         name: What the scenario is called.
@@ -123,35 +124,46 @@ class RandomLines:
         random = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(index,)))
         coordinates, model = self.arm.coordinates, self._sizes(self.model.displacement)
         on_border = wrong_length = 0
-        while on_border + wrong_length < MOST_DRAWS:
-            postures = [self.arm.configuration(random.uniform(*self.ranges)) for _ in range(self.legs + 1)]
-            points = [self.arm.task_position(q) for q in postures]
-            sizes = np.array([self._sizes(coordinates.error(end, start)) for start, end in pairwise(points)])
+        postures: list[Array] = []
+        while len(postures) <= self.legs:
+            if on_border + wrong_length == MOST_DRAWS:
+                raise ParameterError(self._none_found(on_border, wrong_length))
+            first = [] if postures else [self._posture(random)]
+            drawn = [*postures, *first, self._posture(random)]
+            before, end = (self.arm.task_position(q) for q in drawn[-2:])
+            sizes = self._sizes(coordinates.error(end, before))
             if not np.all((sizes >= SHORTEST * model) & (sizes <= LONGEST * model)):
                 wrong_length += 1
-            elif len(self.arm.minors_on_border(postures[0])):
+            elif first and len(self.arm.minors_on_border(first[0])):
                 on_border += 1
             else:
-                measured = int(np.flatnonzero(model > 0.0)[0])
-                durations = self.model.duration * np.sqrt(sizes[:, measured] / model[measured])
-                displacements = np.array([coordinates.error(point, points[0]) for point in points[1:]])
-                return Motion(
-                    postures[0], np.zeros(self.arm.nv), self._path(displacements, durations), on_border, wrong_length
-                )
-        bounds = " and ".join(
-            f"{SHORTEST * size:.3g} to {LONGEST * size:.3g} {unit}"
-            for size, unit in zip(model, self._units, strict=True)
-        )
-        raise ParameterError(
-            f"no line was found for {self.name} within {MOST_DRAWS:,} sets of postures: {wrong_length:,} were not "
-            f"{bounds} apart, {on_border:,} started on a border; the workspace is too small for such a line: change "
-            "the displacement of the scenario"
-        )
+                postures = drawn
+        points = [self.arm.task_position(q) for q in postures]
+        return Motion(postures[0], np.zeros(self.arm.nv), self._path(points), on_border, wrong_length)
 
-    def _path(self, displacements: Array, durations: Array) -> Trajectory:
+    def _posture(self, random: np.random.Generator) -> Array:
+        return self.arm.configuration(random.uniform(*self.ranges))
+
+    def _path(self, points: list[TaskValue]) -> Trajectory:
+        coordinates, model = self.arm.coordinates, self._sizes(self.model.displacement)
+        measured = int(np.flatnonzero(model > 0.0)[0])
+        lengths = [self._sizes(coordinates.error(end, start))[measured] for start, end in pairwise(points)]
+        durations = [self.model.duration * math.sqrt(length / model[measured]) for length in lengths]
+        displacements = [coordinates.error(point, points[0]) for point in points[1:]]
         if self.legs == 1:
-            return StraightLine(displacements[0], float(durations[0]), self.model.profile)
+            return StraightLine(displacements[0], durations[0], self.model.profile)
         return Waypoints(displacements, times=np.cumsum(durations))
+
+    def _none_found(self, on_border: int, wrong_length: int) -> str:
+        sizes, units = self._sizes(self.model.displacement), self._units
+        bounds = " and ".join(
+            f"{SHORTEST * size:.3g} to {LONGEST * size:.3g} {unit}" for size, unit in zip(sizes, units, strict=True)
+        )
+        return (
+            f"no line was found for {self.name} in {MOST_DRAWS:,} draws of postures: {wrong_length:,} were not {bounds} "
+            f"apart, {on_border:,} started on a border; the workspace is too small for such a line: change the "
+            "displacement of the scenario"
+        )
 
     @property
     def _units(self) -> list[str]:

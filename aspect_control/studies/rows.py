@@ -88,8 +88,9 @@ def make_row(study: Study, row: int) -> dict[str, Any]:
         row: Number of the row.
     """
     place, started = study.place(row), time.perf_counter()
-    described = _describe(study, row, place)
+    described: dict[str, Any] = {"study": study.hash, "row": row, **place._asdict()}
     try:
+        described |= _describe(study, place)
         run = study.record(*place)
         outcome = {"status": run.status, "message": run.message, **run.metrics()}
     except AspectControlError as error:
@@ -107,15 +108,12 @@ def to_table(study: Study, rows: list[dict[str, Any]]) -> pa.Table:
     return pa.Table.from_pylist(rows, schema=schema.with_metadata({"study": study.hash, "name": study.name}))
 
 
-def _describe(study: Study, row: int, place: Place) -> dict[str, Any]:
+def _describe(study: Study, place: Place) -> dict[str, Any]:
     setup, motion = study.setup(place.scenario, place.point), study.motion(place.scenario, place.sample, place.point)
     law, case, line = setup.laws[place.law], study.case(place), motion.trajectory
     displacement = line.displacement if isinstance(line, StraightLine) else None
     types = columns(study)
     return {
-        "study": study.hash,
-        "row": row,
-        **place._asdict(),
         "controller": law.name,
         "robot": setup.arm.name,
         "task": ",".join(setup.arm.task),

@@ -172,12 +172,23 @@ def _cluster(address: str | None) -> Iterator[None]:
         except (OSError, ValueError) as error:
             raise WorkerError(f"no scheduler of a Dask cluster answers at {address}: {error}") from error
         try:
-            with client, parallel_config("dask", n_jobs=-1, wait_for_workers_timeout=SECONDS_TO_CONNECT):
+            with client, parallel_config(_cluster_backend(client)):
                 yield
         except TimeoutError as error:
             raise WorkerError(f"the cluster at {address} has no workers: {error}") from error
         except (FutureCancelledError, KilledWorker, OSError) as error:
             raise WorkerError(f"the cluster at {address} is gone, what it had computed stays: {error}") from error
+
+
+def _cluster_backend(client: Any) -> Any:
+    """Return joblib's backend for a cluster, also for one with a single worker, to which joblib would send nothing."""
+    from joblib._dask import DaskDistributedBackend
+
+    class Backend(DaskDistributedBackend):  # type: ignore[misc]
+        def effective_n_jobs(self, n_jobs: int) -> int:
+            return max(2, super().effective_n_jobs(n_jobs))
+
+    return Backend(client=client, wait_for_workers_timeout=SECONDS_TO_CONNECT)
 
 
 @contextmanager

@@ -160,9 +160,9 @@ class RandomLines:
             f"{SHORTEST * size:.3g} to {LONGEST * size:.3g} {unit}" for size, unit in zip(sizes, units, strict=True)
         )
         return (
-            f"no line was found for {self.name} in {MOST_DRAWS:,} draws of postures: {wrong_length:,} were not {bounds} "
-            f"apart, {on_border:,} started on a border; the workspace is too small for such a line: change the "
-            "displacement of the scenario"
+            f"no line was found for {self.name} in {MOST_DRAWS:,} draws of postures: {wrong_length:,} were not "
+            f"{bounds} apart, {on_border:,} started on a border; the workspace is too small for such a line: "
+            "change the displacement of the scenario"
         )
 
     @property

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ..analysis import summarize
-from ..scenario import Setup
-from ..simulation import Run
+from ..resources import scenario_paths
+from .study import Study
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 REFERENCE = "pseudoinverse"
 """The law that peak torques are compared with."""
@@ -22,8 +23,8 @@ class SurveyRow:
         scenario: Name of the scenario.
         controller: Label of the law.
         status: How the run ended.
-        end: When it ended, s.
-        peak_torque: Largest |τ| of any joint, N m.
+        end: When it ended, s; None, as all other results, if the run failed.
+        peak_torque: Largest |τ| of any joint, N m; None if it overflowed, too.
         peak_ratio: The same divided by that of the pseudoinverse law; None if the scenario does not run it.
         aspect_preserved: Whether all minors kept their sign.
         sign_changes: How often a minor changed sign.
@@ -36,14 +37,14 @@ class SurveyRow:
     scenario: str
     controller: str
     status: str
-    end: float
-    peak_torque: float
+    end: float | None
+    peak_torque: float | None
     peak_ratio: float | None
-    aspect_preserved: bool
-    sign_changes: int
+    aspect_preserved: bool | None
+    sign_changes: int | None
     minors: int
     redundancy: int
-    tracking_error: float
+    tracking_error: float | None
     message: str
 
     def to_dict(self) -> dict[str, Any]:
@@ -51,56 +52,30 @@ class SurveyRow:
         return asdict(self)
 
 
-def survey(
-    setups: Mapping[str, Setup],
-    keep: Callable[[list[SurveyRow]], None],
-    progress: Callable[[str, float], None],
-) -> list[SurveyRow]:
-    """Run every law of every scenario.
+def survey_study() -> Study:
+    """Return the study: every scenario that ships with the package, its own motion and laws."""
+    return Study({"scenarios": list(scenario_paths()), "report": "survey"}, "survey")
+
+
+def survey_rows(table: pa.Table) -> list[SurveyRow]:
+    """Return one row a run.
 
     Args:
-        setups: What is run, by the names of the scenarios.
-        keep: Called with all rows so far whenever a scenario is done.
-        progress: Called with what is being done and the part of all work that is done, 0 to 1.
-
-    Raises:
-        AspectControlError: As `simulate` does.
+        table: The table of the study.
     """
-    rows: list[SurveyRow] = []
-    for i, (name, setup) in enumerate(setups.items()):
-
-        def report(label: str, part: float, name: str = name, i: int = i) -> None:
-            progress(f"{name}: {label}", (i + part) / len(setups))
-
-        rows += survey_rows(name, setup.run(report))
-        keep(rows)
-    return rows
-
-
-def survey_rows(name: str, runs: Mapping[str, Run]) -> list[SurveyRow]:
-    """Return one row a run of a scenario.
-
-    Args:
-        name: Name of the scenario.
-        runs: Its runs by the labels of their laws.
-    """
-    summaries = {label: summarize(run) for label, run in runs.items()}
-    peaks = {label: max(summary["peak_torque"]) for label, summary in summaries.items()}
-    reference = peaks.get(REFERENCE)
+    runs = table.to_pylist()
+    references = {run["scenario"]: run["peak_torque"] for run in runs if run["law"] == REFERENCE}
+    same = ("scenario", "status", "end", "peak_torque", "aspect_preserved", "sign_changes", "minors", "redundancy")
     return [
         SurveyRow(
-            scenario=name,
-            controller=label,
-            status=run.status,
-            end=float(run.t[-1]),
-            peak_torque=peaks[label],
-            peak_ratio=peaks[label] / reference if reference else None,
-            aspect_preserved=summaries[label]["aspect_preserved"],
-            sign_changes=len(summaries[label]["minor_zero_crossings"]),
-            minors=summaries[label]["minors"],
-            redundancy=run.arm.redundancy,
-            tracking_error=summaries[label]["max_tracking_error"],
-            message=run.message,
+            **{name: run[name] for name in (*same, "message")},
+            controller=run["law"],
+            peak_ratio=_ratio(run["peak_torque"], references.get(run["scenario"])),
+            tracking_error=run["tracking_error_max"],
         )
-        for label, run in runs.items()
+        for run in runs
     ]
+
+
+def _ratio(peak: float | None, reference: float | None) -> float | None:
+    return peak / reference if peak is not None and reference else None

@@ -20,6 +20,7 @@ LAW_NAMES = {
     "modified-null-space-vector": "modified null space vector",
     "modified-null-space-vector-dead-beat": "modified, dead-beat",
     "jmdc": "JMDC",
+    "jmdc-without-minor-measure": "JMDC, κ = 0",
 }
 """How the laws are called in figures; other laws go by their registry names."""
 

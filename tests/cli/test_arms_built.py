@@ -2,10 +2,8 @@
 
 import pytest
 
-from aspect_control import Arm, resources
+from aspect_control import Arm
 from aspect_control.cli.commands import app
-from aspect_control.resources import scenario_paths
-from aspect_control.studies import comparison
 from aspect_control.studies.paper import trajectory_a
 from aspect_control.views.replays.live import LiveView
 
@@ -27,18 +25,6 @@ def built(monkeypatch):
     return names
 
 
-@pytest.fixture
-def two_scenarios(tmp_path, monkeypatch):
-    """Two shipped scenarios that are quick, in the place of all."""
-    for name in ("planar3r", "ur5-xyz"):
-        text = scenario_paths()[name].read_text(encoding="utf-8")
-        (tmp_path / f"{name}.toml").write_text(f"{text}\n[simulation]\ndt = 0.02\n", encoding="utf-8")
-    quick = {path.stem: path for path in sorted(tmp_path.glob("*.toml"))}
-    monkeypatch.setattr(resources, "scenario_paths", lambda: quick)
-    monkeypatch.setattr(comparison, "scenario_paths", lambda: quick)
-    monkeypatch.setattr(comparison, "SCENARIOS", tuple(quick))
-
-
 @pytest.mark.filterwarnings("ignore::aspect_control.exceptions.AspectBorderWarning")
 @pytest.mark.parametrize(
     "command",
@@ -55,13 +41,6 @@ def test_a_command_builds_the_arm_of_its_scenario_once(tmp_path, monkeypatch, bu
     monkeypatch.setattr(LiveView, "wait_for_viewer", lambda self: None)
     app([*command, "--out", str(tmp_path / "out")], standalone_mode=False)
     assert built == ["planar3r"]
-
-
-@pytest.mark.usefixtures("two_scenarios")
-@pytest.mark.parametrize("command", ["survey", "compare"])
-def test_a_command_builds_one_arm_a_scenario(tmp_path, built, command):
-    app([command, "--out", str(tmp_path / "out")], standalone_mode=False)
-    assert built == ["planar3r", "ur5"]
 
 
 def test_the_papers_case_is_run_on_one_arm(monkeypatch, built):

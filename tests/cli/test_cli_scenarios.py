@@ -288,18 +288,20 @@ def test_survey_writes_exactly_the_files_it_promises(tmp_path, monkeypatch):
     """In this process, on two scenarios that are quick: the whole survey takes a minute."""
     from typer.testing import CliRunner
 
-    from aspect_control import resources
     from aspect_control.cli.commands import app
+    from aspect_control.studies import survey
+    from aspect_control.studies.study import Study
 
     for name in ("planar3r", "ur5-xyz"):
         text = scenario_paths()[name].read_text(encoding="utf-8")
         (tmp_path / f"{name}.toml").write_text(f"{text}\n[simulation]\ndt = 0.01\n", encoding="utf-8")
-    quick = {path.stem: path for path in sorted(tmp_path.glob("*.toml"))}
-    monkeypatch.setattr(resources, "scenario_paths", lambda: quick)
-    done = CliRunner().invoke(app, ["survey", "--out", str(tmp_path / "out")], catch_exceptions=False)
+    study = Study({"scenarios": sorted(map(str, tmp_path.glob("*.toml"))), "report": "survey"}, "survey")
+    monkeypatch.setattr(survey, "survey_study", lambda: study)
+    arguments = ["survey", "--out", str(tmp_path / "out"), "--workers", "1"]
+    done = CliRunner().invoke(app, arguments, catch_exceptions=False)
     assert done.exit_code == 0
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert names == {"survey.json", "survey.md", "survey.png", "survey.svg"}
+    assert names == {"survey.json", "survey.md", "survey.png", "survey.svg", "study.json", "shards"}
     document = json.loads((tmp_path / "out" / "survey.json").read_text(encoding="utf-8"), parse_constant=pytest.fail)
     assert document["chains"] == []
     pairs = [(row["scenario"], row["controller"]) for row in document["runs"]]
@@ -308,6 +310,35 @@ def test_survey_writes_exactly_the_files_it_promises(tmp_path, monkeypatch):
     assert printed == [scenario for scenario, _ in pairs]
     report = (tmp_path / "out" / "survey.md").read_text(encoding="utf-8")
     assert all(re.search(rf"^\| {scenario} \| \d \| {law} \|", report, re.MULTILINE) for scenario, law in pairs)
+
+
+def test_compare_writes_exactly_the_files_it_promises_and_makes_no_run_again(tmp_path, monkeypatch):
+    """In this process, on one arm with two laws, coarsely sampled."""
+    from typer.testing import CliRunner
+
+    from aspect_control.cli.commands import app
+    from aspect_control.studies import comparison
+    from aspect_control.studies.study import Study
+
+    definition = {
+        "scenarios": ["planar3r"],
+        "laws": [{"name": "jmdc"}, {"name": "qp", "label": "with-limits"}],
+        "grid": [{"simulation.dt": [0.02]}],
+        "report": "comparison",
+    }
+    monkeypatch.setattr(comparison, "comparison_study", lambda: Study(definition, "compare"))
+    arguments = ["compare", "--out", str(tmp_path / "out"), "--workers", "1"]
+    done = CliRunner().invoke(app, arguments, catch_exceptions=False)
+    assert done.exit_code == 0
+    assert re.findall(r"^planar3r +(\S+)", done.stdout, re.MULTILINE) == ["jmdc", "with-limits"]
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {"compare.md", "torques-planar3r.png", "torques-planar3r.svg", "study.json", "shards"}
+    written = {path: path.stat().st_mtime_ns for path in (tmp_path / "out" / "shards").iterdir()}
+    report = (tmp_path / "out" / "compare.md").read_bytes()
+    (tmp_path / "out" / "compare.md").unlink()
+    CliRunner().invoke(app, arguments, catch_exceptions=False)
+    assert {path: path.stat().st_mtime_ns for path in (tmp_path / "out" / "shards").iterdir()} == written
+    assert (tmp_path / "out" / "compare.md").read_bytes() == report
 
 
 # Known defects of the package; each passes strictly when it is mended

@@ -1,18 +1,32 @@
 """The comparison of all laws."""
 
 import numpy as np
+import pyarrow as pa
 import pytest
 
 from aspect_control import controllers
 from aspect_control.analysis import summarize
-from aspect_control.scenario import load_scenario
-from aspect_control.studies.comparison import VARIANTS, with_variants
+from aspect_control.simulation.metrics import METRICS
+from aspect_control.studies.comparison import SCENARIOS, VARIANTS, comparison_study
+from aspect_control.studies.study import Study
 from aspect_control.views import comparison_report, torque_figure
 
 
 @pytest.fixture(scope="module")
-def runs():
-    return with_variants(load_scenario("planar3r", ["simulation.dt=0.01"])).build().run()
+def quick():
+    """The comparison of one arm, coarsely sampled."""
+    definition = comparison_study().definition
+    return Study({"scenarios": ["planar3r"], "laws": definition.laws, "grid": [{"simulation.dt": [0.01]}]})
+
+
+@pytest.fixture(scope="module")
+def table(quick):
+    return quick.run()
+
+
+@pytest.fixture(scope="module")
+def runs(quick):
+    return {law: quick.record("planar3r", 0, law) for law in quick.laws("planar3r")}
 
 
 def test_every_installed_law_of_the_package_is_compared():
@@ -20,28 +34,39 @@ def test_every_installed_law_of_the_package_is_compared():
     assert {table["name"] for table in VARIANTS.values()} == ours
 
 
-def test_a_scenario_with_all_variants_runs_each_under_its_label(runs):
-    assert list(runs) == list(VARIANTS)
+def test_every_variant_runs_on_every_scenario_under_its_label(runs):
+    study = comparison_study()
+    assert tuple(study.scenarios) == SCENARIOS
+    assert all(study.laws(scenario) == tuple(VARIANTS) for scenario in SCENARIOS)
     assert runs["modified-brake"].info.parameters["switching"] == "brake"
     assert runs["qp-dead-beat"].info.parameters["stability"] == "dead-beat"
 
 
-def test_self_motion_energy_is_that_of_the_null_space_part_of_the_velocity(runs):
-    run = runs["pseudoinverse"]
-    energies = []
-    for q, v in zip(run.q, run.v, strict=True):
-        state = run.arm.state(q, v)
-        part = v - np.linalg.pinv(state.J) @ state.J @ v
-        energies.append(part @ state.M @ part / 2.0)
-    np.testing.assert_allclose(run.self_motion_energy, energies, rtol=0, atol=1e-9 * max(energies))
-
-
-def test_the_report_has_a_row_and_a_figure_for_each_scenario(runs):
-    summary = {label: {**summarize(run), "self_motion_energy_max": 1.0} for label, run in runs.items()}
-    report = comparison_report({"here": summary, "there": summary})
+def test_the_report_has_a_row_and_a_figure_for_each_scenario(table):
+    there = table.set_column(table.column_names.index("scenario"), "scenario", [["there"] * table.num_rows])
+    report = comparison_report(pa.concat_tables([table, there]))
     assert report.count("| damped-null-space |") == 2
-    assert "(torques-here.png)" in report
+    assert "(torques-planar3r.png)" in report
     assert "(torques-there.png)" in report
+
+
+def test_the_report_says_what_the_runs_came_to(table, runs):
+    lines = [line.split(" | ") for line in comparison_report(table).splitlines() if line.startswith("| jmdc |")]
+    summary = summarize(runs["jmdc"])
+    (cells,) = lines
+    assert cells[1:3] == ["finished", f"{max(summary['peak_torque']):,.1f}"]
+    assert cells[3] == f"{summary['torque_squared_integral']:,.1f}"
+    assert cells[4] == f"{sum(summary['torque_total_variation']):,.1f}"
+    assert cells[6] == "kept"
+    assert cells[7] == f"{1e3 * summary['max_tracking_error']:.2g} |"
+
+
+def test_a_run_that_failed_has_a_row_without_figures(table):
+    nothing = {name: [None] * table.num_rows for name in METRICS}
+    for name, values in {**nothing, "status": ["error"] * table.num_rows}.items():
+        place = table.column_names.index(name)
+        table = table.set_column(place, name, pa.array(values, table.schema.field(name).type))
+    assert "| jmdc | error | – | – | – | – | – | – |" in comparison_report(table)
 
 
 def test_calm_runs_share_a_scale_and_the_exploding_one_has_its_own(runs):

@@ -10,10 +10,11 @@ import pytest
 from aspect_control.analysis import summarize
 from aspect_control.arm import Arm
 from aspect_control.arm.sources.examples import load_example_model
-from aspect_control.scenario import load_scenario
+from aspect_control.resources import scenario_paths
 from aspect_control.studies import chain_check
 from aspect_control.studies.chain_check import ChainCheck, chain_deviation, check_chains
-from aspect_control.studies.survey import REFERENCE, SurveyRow, survey, survey_rows
+from aspect_control.studies.study import Study
+from aspect_control.studies.survey import REFERENCE, SurveyRow, survey_rows, survey_study
 from aspect_control.views import survey_figure, survey_report
 
 NAMES = ("planar3r", "panda-xyz")
@@ -21,21 +22,18 @@ LAWS = ["pseudoinverse", "null-space-vector", "modified-null-space-vector", "jmd
 
 
 @pytest.fixture(scope="module")
-def setups():
-    return {name: load_scenario(name, ["simulation.dt=5e-3"]).build() for name in NAMES}
+def study():
+    return Study({"scenarios": list(NAMES), "grid": [{"simulation.dt": [5e-3]}]})
 
 
 @pytest.fixture(scope="module")
-def surveyed(setups):
-    """The rows, how many rows there were at each call of keep, and the calls of progress."""
-    kept, progress = [], []
-    rows = survey(setups, lambda rows: kept.append(list(rows)), lambda label, part: progress.append((label, part)))
-    return rows, kept, progress
+def table(study):
+    return study.run()
 
 
 @pytest.fixture(scope="module")
-def rows(surveyed):
-    return surveyed[0]
+def rows(table):
+    return survey_rows(table)
 
 
 def row(scenario="arm", controller="jmdc", **changes):
@@ -61,18 +59,11 @@ def test_survey_has_a_row_a_law_in_the_order_of_the_scenarios(rows):
     assert [(each.scenario, each.controller) for each in rows] == [(name, law) for name in NAMES for law in LAWS]
 
 
-def test_survey_hands_over_all_rows_so_far_after_each_scenario(surveyed):
-    rows, kept, _ = surveyed
-    assert kept == [rows[:4], rows]
-
-
-def test_survey_tells_what_it_does_and_how_much_is_done(surveyed):
-    _, _, progress = surveyed
-    parts = [part for _, part in progress]
-    assert parts == sorted(parts)
-    assert 0.0 < parts[0] < 0.05
-    assert parts[-1] == 1.0
-    assert {label for label, _ in progress} == {f"{name}: {law}" for name in NAMES for law in LAWS}
+def test_survey_is_of_every_shipped_scenario_with_its_own_laws():
+    study = survey_study()
+    assert list(study.scenarios) == list(scenario_paths())
+    assert study.laws("panda-xyz") == tuple(LAWS)
+    assert study.motions == len(study.points) == 1
 
 
 def test_ratio_is_the_peak_torque_over_that_of_the_pseudoinverse_law_on_the_same_arm(rows):
@@ -83,9 +74,9 @@ def test_ratio_is_the_peak_torque_over_that_of_the_pseudoinverse_law_on_the_same
             assert each.peak_ratio * mine[REFERENCE].peak_torque == pytest.approx(each.peak_torque)
 
 
-def test_rows_say_what_the_summaries_of_the_runs_say(setups, rows):
-    runs = setups["planar3r"].run()
-    for label, run in runs.items():
+def test_rows_say_what_the_summaries_of_the_runs_say(study, rows):
+    for label in LAWS:
+        run = study.record("planar3r", 0, label)
         mine, summary = next(each for each in rows if each.controller == label), summarize(run)
         assert mine.peak_torque == max(summary["peak_torque"]) == np.abs(run.tau).max()
         assert mine.aspect_preserved == summary["aspect_preserved"]
@@ -101,9 +92,9 @@ def test_rows_of_an_arm_with_several_joints_to_spare(rows):
     assert len({each.minors for each in panda}) == 1
 
 
-def test_a_scenario_without_the_pseudoinverse_law_has_no_ratios(setups):
-    runs = {label: run for label, run in setups["planar3r"].run().items() if label == "jmdc"}
-    assert [each.peak_ratio for each in survey_rows("planar3r", runs)] == [None]
+def test_a_scenario_without_the_pseudoinverse_law_has_no_ratios(table):
+    jmdc = table.filter([law == "jmdc" for law in table["law"].to_pylist()])
+    assert [each.peak_ratio for each in survey_rows(jmdc)] == [None, None]
 
 
 def test_rows_go_through_strict_json_and_back(rows):
@@ -183,6 +174,15 @@ def test_verdict_follows_the_counts():
 
 def test_report_leaves_a_missing_ratio_empty():
     assert report_cells(survey_report([row(peak_ratio=None)]), "scenario")[0][5] == ""
+
+
+def test_a_run_that_failed_has_a_row_without_figures_and_its_message():
+    nothing = ("end", "peak_torque", "peak_ratio", "aspect_preserved", "sign_changes", "tracking_error")
+    failed = row(status="error", message="J has lost rank", **dict.fromkeys(nothing))
+    text = survey_report([row(), failed])
+    assert report_cells(text, "scenario")[1] == ["arm", "1", "jmdc", "error", "", "", "", ""]
+    assert "- arm, jmdc: J has lost rank" in text
+    assert sum(map(sum, counts(text))) == 2
 
 
 def test_report_lists_the_chains_that_were_checked_and_those_that_could_not():

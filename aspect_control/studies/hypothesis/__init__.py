@@ -6,9 +6,9 @@ the statistics.
 
 from __future__ import annotations
 
-from .aspect_table import AspectTable, Proportion, paired_difference, proportion, rank_correlation
+from .aspect_table import AspectTable, paired_difference, rank_correlation
 from .condition import Condition, conditions
-from .evidence import Evidence, Part, evidence, results_of
+from .evidence import Evidence, Part, evidence, results_of, stored
 from .hypothesis_study import ABLATION, hypothesis_study
 from .result import EXPLODED_INSIDE, LEFT_AND_CALM, THRESHOLD, THRESHOLDS, Counterexample, HypothesisResult
 
@@ -24,12 +24,11 @@ __all__ = [
     "Evidence",
     "HypothesisResult",
     "Part",
-    "Proportion",
     "conditions",
     "evidence",
     "hypothesis_study",
     "paired_difference",
-    "proportion",
     "rank_correlation",
     "results_of",
+    "stored",
 ]

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ..study_summary import grid_keys
+
 if TYPE_CHECKING:
     import pandas as pd
     import pyarrow as pa
@@ -40,8 +42,7 @@ def conditions(table: pa.Table) -> list[Condition]:
         table: What `Study.run` returns.
     """
     frame = table.to_pandas()
-    names = table.column_names
-    keys = names[names.index("point") + 1 : names.index("parameters")]
+    keys = grid_keys(table)
     return [condition for _, rows in frame.groupby("scenario", sort=False) for condition in _of_scenario(rows, keys)]
 
 

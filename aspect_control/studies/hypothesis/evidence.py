@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ...files import atomic_path, sha256
 from ..study import Study
 from .condition import conditions
 from .result import THRESHOLD, THRESHOLDS, HypothesisResult
@@ -31,6 +33,25 @@ class Part(NamedTuple):
     table: pa.Table
     file: str
     sha256: str
+
+
+def stored(study: Study, table: pa.Table, folder: Path) -> Part:
+    """Return a study and its table, which is written to one file, `NAME.parquet`.
+
+    Args:
+        study: The study.
+        table: What came of it.
+        folder: Where the file goes.
+
+    Raises:
+        OutputError: If it cannot be written.
+    """
+    import pyarrow.parquet as pq
+
+    path = folder / f"{study.name}.parquet"
+    with atomic_path(path) as temporary:
+        pq.write_table(table, temporary)
+    return Part(study, table, path.name, sha256(path))
 
 
 def results_of(part: Part) -> list[HypothesisResult]:

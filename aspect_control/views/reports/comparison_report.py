@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .markdown import markdown_table
 
+if TYPE_CHECKING:
+    import pyarrow as pa
 
-def comparison_report(summaries: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str:
+
+def comparison_report(table: pa.Table) -> str:
     """Return a table a scenario as Markdown.
 
     Args:
-        summaries: Summaries of runs by the labels of their laws, by scenario.
+        table: The table of a study of one motion a scenario.
     """
-    lines = ["# All laws on the same motions", ""]
-    for scenario, runs in summaries.items():
+    lines, runs = ["# All laws on the same motions", ""], table.to_pylist()
+    for scenario in dict.fromkeys(run["scenario"] for run in runs):
         lines += [
             f"## {scenario}",
             "",
@@ -30,7 +32,7 @@ def comparison_report(summaries: Mapping[str, Mapping[str, Mapping[str, Any]]]) 
                     "aspect",
                     "tracking error (mm)",
                 ),
-                [_cells(label, summary) for label, summary in runs.items()],
+                [_cells(run) for run in runs if run["scenario"] == scenario],
             ),
             "",
             f"![joint torques of each law on {scenario}](torques-{scenario}.png)",
@@ -39,19 +41,23 @@ def comparison_report(summaries: Mapping[str, Mapping[str, Mapping[str, Any]]]) 
     return "\n".join(lines)
 
 
-def _cells(label: str, summary: Mapping[str, Any]) -> tuple[str, ...]:
-    changes = len(summary["minor_zero_crossings"])
+def _cells(run: dict[str, Any]) -> tuple[str, ...]:
+    aspect = "kept" if run["aspect_preserved"] else f"left, {run['sign_changes']} sign changes"
     return (
-        label,
-        summary["status"],
-        _number(max(summary["peak_torque"])),
-        _number(summary["torque_squared_integral"]),
-        _number(sum(summary["torque_total_variation"])),
-        f"{summary['self_motion_energy_max']:.2g}",
-        "kept" if summary["aspect_preserved"] else f"left, {changes} sign changes",
-        f"{1e3 * summary['max_tracking_error']:.2g}",
+        run["law"],
+        run["status"],
+        _number(run["peak_torque"]),
+        _number(run["torque_squared_integral"]),
+        _number(run["torque_total_variation"]),
+        _brief(run["self_motion_energy_max"]),
+        "–" if run["aspect_preserved"] is None else aspect,
+        _brief(run["tracking_error_max"], 1e3),
     )
 
 
-def _number(value: float) -> str:
-    return f"{value:,.1f}" if value < 1e6 else f"{value:.2g}"
+def _number(value: float | None) -> str:
+    return "–" if value is None else f"{value:,.1f}" if value < 1e6 else f"{value:.2g}"
+
+
+def _brief(value: float | None, factor: float = 1.0) -> str:
+    return "–" if value is None else f"{factor * value:.2g}"

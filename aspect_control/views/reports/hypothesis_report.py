@@ -22,7 +22,7 @@ from .hypothesis_tables import (
     table_of,
     threshold_table,
 )
-from .hypothesis_verdict import verdict, verdict_on_settings
+from .hypothesis_verdict import hypothesis_verdict, verdict_on_settings
 
 MANY_MOTIONS = 1e7
 """Number of motions that the cost is told of."""
@@ -42,7 +42,7 @@ def hypothesis_fields(found: dict[str, Any]) -> dict[str, str]:
     arms = [each for each in found["conditions"] if not each["setting"]]
     settings = [each for each in found["conditions"] if each["setting"]]
     blocks = {
-        "verdict": verdict(arms),
+        "verdict": hypothesis_verdict(arms),
         "arms": arms_table(arms),
         "counts": counts_table(arms),
         "calm_if_left": share_table(arms, "calm_if_left", "arm"),
@@ -88,7 +88,7 @@ def hypothesis_report(found: dict[str, Any], figures: Sequence[str] = ()) -> str
 
     Args:
         found: What `studies.hypothesis.evidence` returns.
-        figures: Names of the figures to show, without `.png`; they are in the folder `images` beside the report.
+        figures: Names of the figures to show, without `.png`; they stand beside the report.
     """
     fields = hypothesis_fields(found)
     arms, settings = (any(bool(each["setting"]) == kind for each in found["conditions"]) for kind in (False, True))
@@ -107,7 +107,7 @@ def hypothesis_report(found: dict[str, Any], figures: Sequence[str] = ()) -> str
         parts.append(("Settings", fields["settings"]))
     parts += [("Cost", fields["cost"]), ("Sources", fields["sources"])]
     if figures:
-        parts.append(("Figures", "\n\n".join(f"![{name}](images/{name}.png)" for name in figures)))
+        parts.append(("Figures", "\n\n".join(f"![{name}]({name}.png)" for name in figures)))
     text = [line for title, body in parts for line in (f"## {title}", "", body, "")]
     title = ", ".join(dict.fromkeys(each["scenario"] for each in found["conditions"]))
     return "\n".join([f"# Random motions: {title}", "", *text])

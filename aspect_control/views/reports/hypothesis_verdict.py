@@ -19,7 +19,7 @@ Cell = tuple[Condition, str]
 """A law on an arm under a setting."""
 
 
-def verdict(conditions: Sequence[Condition]) -> list[str]:
+def hypothesis_verdict(conditions: Sequence[Condition]) -> list[str]:
     """Return what the runs of arms as their scenarios have them say about the hypothesis, as lines of Markdown.
 
     Counts added up over laws are counts, not a sample of that size: the laws run on the same motions. What is said with

@@ -50,16 +50,16 @@ def survey_report(rows: Sequence[SurveyRow], checks: Sequence[ChainCheck] = ()) 
 
 def _cells(row: SurveyRow) -> tuple[str, ...]:
     aspect = "kept" if row.aspect_preserved else f"left, {row.sign_changes} changes of {row.minors} minors"
-    ended = "" if row.status == "finished" else f" at {row.end:.3f} s"
+    ended = "" if row.status == "finished" or row.end is None else f" at {row.end:.3f} s"
     return (
         row.scenario,
         str(row.redundancy),
         row.controller,
         row.status + ended,
-        f"{row.peak_torque:,.1f}",
+        "" if row.peak_torque is None else f"{row.peak_torque:,.1f}",
         "" if row.peak_ratio is None else f"{row.peak_ratio:,.2f}",
-        aspect,
-        f"{1e3 * row.tracking_error:.2g}",
+        "" if row.aspect_preserved is None else aspect,
+        "" if row.tracking_error is None else f"{1e3 * row.tracking_error:.2g}",
     )
 
 
@@ -69,7 +69,7 @@ def _verdict(rows: Sequence[SurveyRow]) -> list[str]:
     single = dict(counts)
     compared = [row for row in rows if row.peak_ratio is not None]
     for row in compared:
-        key = row.aspect_preserved, not exploded(row.status, row.peak_ratio or np.inf, CALM_RATIO)
+        key = bool(row.aspect_preserved), not exploded(row.status, row.peak_ratio or np.inf, CALM_RATIO)
         counts[key] += 1
         single[key] += row.redundancy == 1
     table = markdown_table(

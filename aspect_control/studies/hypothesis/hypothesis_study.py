@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
 from ...checks import positive, whole_number
+from ...exceptions import ParameterError
 from ...scenario import load_scenario
+from ..motions import SHORTEST
 from ..study import Study
 
 ABLATION = "jmdc-without-minor-measure"
@@ -26,15 +29,16 @@ def hypothesis_study(scenario: str | Path, samples: int, *, seed: int = 0, dt: f
         dt: Sampling time, s.
 
     Raises:
-        ParameterError: If a number is out of its range.
-        AspectControlError: If the scenario cannot be read.
+        ParameterError: If a number is out of its range, or no line fits the arm.
+        ScenarioError: If the scenario's trajectory is no straight line.
+        AspectControlError: If the scenario cannot be read, or does not fit the robot.
     """
     laws: list[dict[str, Any]] = [
         section.model_dump(exclude_unset=True) for section in load_scenario(scenario).controllers
     ]
     if any(law["name"] == "jmdc" for law in laws) and all(law.get("label") != ABLATION for law in laws):
         laws.append({"name": "jmdc", "label": ABLATION, "kappa": 0.0})
-    return Study(
+    study = Study(
         {
             "scenarios": [str(scenario)],
             "motions": {"random": whole_number("samples", samples, 1), "seed": whole_number("seed", seed, 0)},
@@ -46,3 +50,8 @@ def hypothesis_study(scenario: str | Path, samples: int, *, seed: int = 0, dt: f
         },
         Path(scenario).stem,
     )
+    study.require_buildable()
+    shortest = study.setup(study.name).trajectory.duration * math.sqrt(SHORTEST)
+    if dt > shortest:
+        raise ParameterError(f"dt must not be longer than the shortest motion of {shortest:.3g} s, got {dt:g} s")
+    return study

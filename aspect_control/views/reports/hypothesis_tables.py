@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from ...studies.hypothesis import EXPLODED_INSIDE, LEFT_AND_CALM, THRESHOLD
-from .markdown import markdown_table
+from ...studies.proportion import Proportion
+from .markdown import markdown_table, share
 
 MEASURE_NAMES = {
     "margin": "smallest normalised minor, negative if the aspect was left",
@@ -27,7 +28,9 @@ def counts_table(conditions: Sequence[Condition]) -> list[str]:
     def cells(condition: Condition, law: str) -> tuple[str, ...]:
         table = table_of(condition, law)
         counts = (table[name] for name in ("kept_calm", "kept_exploded", "left_calm", "left_exploded"))
-        found = (table[name] for name in ("exploded_if_kept", "exploded_if_left", "calm_if_left"))
+        found = (
+            proportion_of(condition, law, name) for name in ("exploded_if_kept", "exploded_if_left", "calm_if_left")
+        )
         return (*(f"{count:,}" for count in counts), *map(share, found))
 
     return _by_law(conditions, (*header, *shares), cells)
@@ -80,7 +83,7 @@ def share_table(conditions: Sequence[Condition], name: str, first: str) -> list[
     """
     laws = laws_of(conditions)
     rows = [
-        (label(each), *(share(table_of(each, law)[name]) if law in each["laws"] else "" for law in laws))
+        (label(each), *(share(proportion_of(each, law, name)) if law in each["laws"] else "" for law in laws))
         for each in conditions
     ]
     return markdown_table((first, *laws), rows)
@@ -177,9 +180,10 @@ def label(condition: Condition) -> str:
     return str(condition["setting"] or condition["scenario"])
 
 
-def share(each: dict[str, Any]) -> str:
-    """Write a proportion with its interval, such as `0.25 [0.18, 0.33]`; a dash for that of no runs."""
-    return "–" if each["value"] is None else f"{each['value']:.2f} [{each['low']:.2f}, {each['high']:.2f}]"
+def proportion_of(condition: Condition, law: str, name: str) -> Proportion:
+    """Return a share of the runs of a law, such as `"calm_if_left"`."""
+    found = table_of(condition, law)[name]
+    return Proportion(*(found[each] for each in ("count", "total", "low", "high")))
 
 
 def spread(each: dict[str, float] | None, unit: str) -> str:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 from ...studies.hypothesis import THRESHOLD, THRESHOLDS
+from ...studies.proportion import Proportion
 from ..style import law_name
-from .hypothesis_tables import MEASURE_NAMES, Condition, label, laws_of, table_of
+from .hypothesis_tables import MEASURE_NAMES, Condition, label, laws_of, proportion_of, table_of
+from .markdown import share
 
 NEARLY = 0.05
 """Upper end of an interval below which a share counts as close to none."""
@@ -42,9 +43,9 @@ def verdict_on_settings(conditions: Sequence[Condition]) -> list[str]:
     lines = []
     for name, words in (("calm_if_left", "P(calm given left)"), ("exploded_if_kept", "P(exploded given kept)")):
         for law in laws_of(conditions):
-            cells = [cell for cell in _cells(conditions) if cell[1] == law and _share(cell, name)["total"]]
+            cells = [cell for cell in _cells(conditions) if cell[1] == law and _share(cell, name).total]
             if cells:
-                low, high = (pick(cells, key=lambda cell: _share(cell, name)["value"]) for pick in (min, max))
+                low, high = (pick(cells, key=lambda cell: _share(cell, name).value or 0.0) for pick in (min, max))
                 lines.append(
                     f"- {words} of {law}: {_interval(low, name)} ({label(low[0])}) to {_interval(high, name)} "
                     f"({label(high[0])})."
@@ -83,15 +84,15 @@ def _sufficient(conditions: Sequence[Condition]) -> str:
     kept, burst = _total(conditions, "kept_calm", "kept_exploded"), _total(conditions, "kept_exploded")
     if not kept:
         return "Sufficient? No run kept its aspect, so that nothing can be said."
-    cells = [cell for cell in _cells(conditions) if _share(cell, "exploded_if_kept")["total"]]
-    widest = max(cells, key=lambda cell: _share(cell, "exploded_if_kept")["high"])
+    cells = [cell for cell in _cells(conditions) if _share(cell, "exploded_if_kept").total]
+    widest = max(cells, key=lambda cell: _share(cell, "exploded_if_kept").high)
     bound = (
-        f"the highest upper end of an interval is {_share(widest, 'exploded_if_kept')['high']:.2g} ({_named(widest)})"
+        f"the highest upper end of an interval is {_share(widest, 'exploded_if_kept').high:.2g} ({_named(widest)})"
     )
     if not burst:
         return f"Sufficient? Nothing here contradicts it: none of the {kept:,} runs that kept it exploded; {bound}."
     where = [cell for cell in cells if table_of(*cell)["kept_exploded"]]
-    nearly = all(_share(cell, "exploded_if_kept")["high"] < NEARLY for cell in cells)
+    nearly = all(_share(cell, "exploded_if_kept").high < NEARLY for cell in cells)
     return (
         f"Sufficient? {'Nearly' if nearly else 'No'}: {burst:,} of {kept:,} runs that kept their aspect exploded "
         f"({_listed(map(_named, where))}); {bound}."
@@ -100,7 +101,7 @@ def _sufficient(conditions: Sequence[Condition]) -> str:
 
 def _first(conditions: Sequence[Condition]) -> str:
     shares = [_share(cell, "exploded_inside") for cell in _cells(conditions)]
-    burst, inside = sum(each["total"] for each in shares), sum(each["count"] for each in shares)
+    burst, inside = sum(each.total for each in shares), sum(each.count for each in shares)
     if not burst:
         return ""
     later = inside - _total(conditions, "kept_exploded")
@@ -152,9 +153,8 @@ def _cells(conditions: Sequence[Condition]) -> list[Cell]:
     return [(each, law) for each in conditions for law in each["laws"]]
 
 
-def _share(cell: Cell, name: str) -> dict[str, Any]:
-    found: dict[str, Any] = table_of(*cell)[name]
-    return found
+def _share(cell: Cell, name: str) -> Proportion:
+    return proportion_of(*cell, name)
 
 
 def _total(conditions: Sequence[Condition], *names: str) -> int:
@@ -162,15 +162,14 @@ def _total(conditions: Sequence[Condition], *names: str) -> int:
 
 
 def _extremes(cells: Sequence[Cell], name: str) -> str:
-    low, high = (pick(cells, key=lambda cell: _share(cell, name)["value"]) for pick in (min, max))
+    low, high = (pick(cells, key=lambda cell: _share(cell, name).value or 0.0) for pick in (min, max))
     if low is high:
         return f"{_interval(low, name)} ({_named(low)})"
     return f"{_interval(low, name)} ({_named(low)}) to {_interval(high, name)} ({_named(high)})"
 
 
 def _interval(cell: Cell, name: str) -> str:
-    each = _share(cell, name)
-    return f"{each['value']:.2f} [{each['low']:.2f}, {each['high']:.2f}]"
+    return share(_share(cell, name))
 
 
 def _named(cell: Cell) -> str:

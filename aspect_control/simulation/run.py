@@ -150,8 +150,7 @@ class Run:
     @cached_property
     def homogeneous_velocity(self) -> Array:
         """Self-motion θ̇_H = (I − J⁺J)θ̇, Eq. (15), shape (k, nv), rad/s."""
-        pairs = zip(self.jacobians, self.v, strict=True)
-        return self._stack((homogeneous_velocity(J, v) for J, v in pairs), (self.arm.nv,))
+        return homogeneous_velocity(self.jacobians, self.v)
 
     @cached_property
     def pseudoinverse_torque(self) -> Array:

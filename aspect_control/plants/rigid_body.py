@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pinocchio as pin
+from pinocchio import aba, integrate
 
 from ..arm import Arm
 from ..redundancy import Array
@@ -26,12 +27,12 @@ class RigidBodyPlant(Plant):
 
     def acceleration(self, q: Array, v: Array, tau: Array) -> Array:
         """Return θ̈ = M⁻¹(τ − N), shape (nv,), rad/s²; see `Plant.acceleration`."""
-        result: Array = pin.aba(self._model, self._data, q, v, tau)
+        result: Array = aba(self._model, self._data, q, v, tau)
         return result
 
     def integrate(self, q: Array, displacement: Array) -> Array:
         """Return q ⊕ displacement on the configuration manifold, shape (nq,), rad."""
-        result: Array = pin.integrate(self._model, q, displacement)
+        result: Array = integrate(self._model, q, displacement)
         return result
 
     def energy(self, q: Array, v: Array) -> float:

@@ -5,22 +5,23 @@ from __future__ import annotations
 import numpy as np
 
 from .array import Array, Matrix, Vector
-from .generalized_inverse import least_norm_solution
+from .generalized_inverse import RANK_TOLERANCE, least_norm_solution
 from .kernels import kernel
 
 
-@kernel
-def homogeneous_velocity(J: Matrix, v: Vector) -> Vector:
+def homogeneous_velocity(J: Array, v: Array) -> Array:
     """Return θ̇_H = (I − J⁺J)θ̇, Eq. (15): the part of the joint velocity that does not move the task.
 
     Args:
-        J: Jacobian, shape (m, n).
-        v: Joint velocity θ̇, shape (n,), rad/s.
+        J: Jacobian or a stack of them, shape (..., m, n).
+        v: Joint velocity θ̇, shape (..., n), rad/s.
 
     Returns:
-        θ̇_H, shape (n,), rad/s.
+        θ̇_H, shape (..., n), rad/s.
     """
-    return v - least_norm_solution(J, J @ v)
+    theta_dot = v[..., np.newaxis]
+    theta_dot_H: Array = theta_dot - np.linalg.pinv(J, RANK_TOLERANCE) @ (J @ theta_dot)
+    return theta_dot_H[..., 0]
 
 
 @kernel
@@ -91,7 +92,7 @@ def dead_beat_torque(M: Matrix, nle: Vector, J: Matrix, b: Vector, v: Vector, dt
     tau_tilde, tau_minimum, product = _both_torques(M, nle, J, b, v)
     if product >= 0.0:
         return tau_tilde
-    theta_dot_H = homogeneous_velocity(J, v)
+    theta_dot_H = v - least_norm_solution(J, J @ v)
     speed_squared = float(theta_dot_H @ theta_dot_H)
     if speed_squared == 0.0:
         return tau_tilde
@@ -116,7 +117,7 @@ def brake_torque(M: Matrix, nle: Vector, J: Matrix, b: Vector, v: Vector, dt: fl
     tau_tilde, _, product = _both_torques(M, nle, J, b, v)
     if product >= 0.0:
         return tau_tilde
-    theta_dot_H = homogeneous_velocity(J, v)
+    theta_dot_H = v - least_norm_solution(J, J @ v)
     speed_squared = float(theta_dot_H @ theta_dot_H)
     if speed_squared == 0.0:
         return tau_tilde

@@ -23,7 +23,7 @@ class Recorder:
         """Make room for the samples at the times t."""
         self.t = t
         self.count = 0
-        self._arm = arm
+        self._arm, self._encoded = arm, arm.coordinates.encode
         k, m = len(t), arm.task_dim
         self._q, self._v, self._tau = (np.empty((k, size)) for size in (arm.nq, arm.nv, arm.nv))
         self._x = np.empty((k, arm.coordinates.encoded_size))
@@ -43,7 +43,7 @@ class Recorder:
         """
         i = self.count
         self._q[i], self._v[i], self._tau[i] = q, v, tau
-        self._x[i] = self._arm.coordinates.encode(target.x)
+        self._x[i] = self._encoded(target.x)
         self._dx[i], self._ddx[i] = target.dx, target.ddx
         self.count += 1
         return self._shown_q[i], self._shown_v[i]
@@ -67,6 +67,6 @@ class Recorder:
 
 def read_only_view(array: Array) -> Array:
     """Return a view of an array through which it cannot be changed."""
-    view: Array = array.view()
+    view: Array = array[:]
     view.setflags(write=False)
     return view

@@ -1,6 +1,7 @@
 """Many runs: the engine that makes them, and the studies made with it, from the paper's own case to random motions."""
 
-from .study import Place, Study
+from .cases import Place
+from .study import Study
 from .study_progress import StudyProgress
 
 __all__ = ["Place", "Study", "StudyProgress"]

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..checks import known_name, whole_number
 from ..exceptions import ParameterError, WorkerError, shown
+from .identity import require_identity
 from .rows import make_row, to_table
 from .shards import ShardFolder, failed_runs
 from .study import Study
@@ -125,7 +126,7 @@ def spread(
     here = parallel_config("loky", n_jobs=min(workers, len(chunks)), inner_max_num_threads=1)
     with _cluster(scheduler) if engine == "dask" else here:
         parallel = Parallel(return_as="generator_unordered", batch_size=1)
-        results = parallel(delayed(make_chunk)(study, study.hash, chunk, parent) for chunk in chunks)
+        results = parallel(delayed(make_chunk)(study, chunk, parent) for chunk in chunks)
         try:
             yield results
         except BrokenProcessPool as error:
@@ -134,12 +135,11 @@ def spread(
             results.close()
 
 
-def make_chunk(study: Study, digest: str, chunk: int, parent: int | None) -> tuple[int, list[Row]]:
+def make_chunk(study: Study, chunk: int, parent: int | None) -> tuple[int, list[Row]]:
     """Make the runs of a chunk in a worker.
 
     Args:
         study: The study.
-        digest: Its hash where it was set up.
         chunk: Number of the chunk.
         parent: Number of the process that started the worker; None in a cluster.
 
@@ -149,10 +149,10 @@ def make_chunk(study: Study, digest: str, chunk: int, parent: int | None) -> tup
     become_worker(parent)
     warm_up()
     with _one_at_a_time:  # laws, and Pinocchio's data, serve one run at a time
-        if digest not in _studies:
-            study.require_hash(digest)
-            _studies[digest] = study
-        known = _studies[digest]
+        if study.hash not in _studies:
+            require_identity(study)
+            _studies[study.hash] = study
+        known = _studies[study.hash]
         return chunk, [make_row(known, row) for row in known.rows_of(chunk)]
 
 
@@ -186,7 +186,7 @@ def _cluster_backend(client: Any) -> Any:
 
     class Backend(DaskDistributedBackend):  # type: ignore[misc]
         def effective_n_jobs(self, n_jobs: int) -> int:
-            return max(2, super().effective_n_jobs(n_jobs))
+            return max(2, int(super().effective_n_jobs(n_jobs)))
 
     return Backend(client=client, wait_for_workers_timeout=SECONDS_TO_CONNECT)
 

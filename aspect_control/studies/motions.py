@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -12,8 +13,10 @@ import numpy as np
 
 from ..arm import Arm
 from ..arm.tasks import TaskValue
-from ..exceptions import ParameterError, ScenarioError, ShapeError
+from ..exceptions import AspectBorderWarning, ParameterError, ScenarioError, ShapeError, UndefinedCriterionWarning
 from ..redundancy import Array
+from ..scenario import Setup
+from ..simulation import Run, completed, simulate
 from ..trajectories import StraightLine, Trajectory, Waypoints
 
 SHORTEST, LONGEST = 0.5, 1.5
@@ -40,6 +43,33 @@ class Motion(NamedTuple):
     trajectory: Trajectory
     on_border: int | None = None
     wrong_length: int | None = None
+
+    def record(self, setup: Setup, law: str, dt: float | None = None) -> Run:
+        """Run a law of a scenario on the motion.
+
+        Args:
+            setup: The scenario.
+            law: Label of the law.
+            dt: Sampling time if it is not to be that of the scenario, s.
+
+        Raises:
+            AspectControlError: As `simulate` does.
+        """
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AspectBorderWarning)
+            warnings.simplefilter("ignore", UndefinedCriterionWarning)
+            run = simulate(
+                setup.laws[law],
+                self.trajectory,
+                q0=self.q0,
+                v0=self.v0,
+                dt=setup.dt if dt is None else dt,
+                plant=setup.plant,
+                integrator=setup.integrator,
+                saturation=setup.saturation,
+                events=setup.events,
+            )
+        return completed(run)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,8 @@ from ..redundancy import kernels_compiled
 from ..simulation.metrics import METRICS
 from ..simulation.run_file import versions
 from ..trajectories import StraightLine
-from .study import Place, Study
+from .cases import Place
+from .study import Study
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
-import socket
-import warnings
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from ..checks import known_name, whole_number
-from ..exceptions import AspectBorderWarning, StudyError, UndefinedCriterionWarning, shown
+from ..exceptions import StudyError
 from ..scenario import Setup, changed
 from ..scenario.setup import start_configuration, start_velocity
-from ..simulation import Run, completed, simulate
+from ..simulation import Run
+from .cases import Case, Place, cases_of, chunk_size, part
 from .definition import StudyDefinition, define, read_definition
+from .identity import digest, identity
 from .motions import Motion, RandomLines
 from .warm import warm_up
 
@@ -26,41 +24,6 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
     from .engine import ProgressCallback
-
-CHUNKS, LARGEST_CHUNK, MOST_CHUNKS = 64, 50, 20_000
-"""A study is cut into about so many chunks, but for that none has more runs, but for that there are no more chunks."""
-
-
-class Case(NamedTuple):
-    """One law of a scenario at a grid point: what is run on every motion.
-
-    Attributes:
-        scenario: Name of the scenario.
-        point: Number of the grid point.
-        law: Label of the law.
-        changes: What the point changes, by the names of the fields, without what concerns other laws alone.
-    """
-
-    scenario: str
-    point: int
-    law: str
-    changes: dict[str, Any]
-
-
-class Place(NamedTuple):
-    """Which run a row of the table stands for.
-
-    Attributes:
-        scenario: Name of the scenario.
-        sample: Number of the motion.
-        law: Label of the law.
-        point: Number of the grid point.
-    """
-
-    scenario: str
-    sample: int
-    law: str
-    point: int
 
 
 class Study:
@@ -92,7 +55,7 @@ class Study:
         self.name = name
         self.scenarios = self.definition.load_scenarios()
         self.points = self.definition.points()
-        self.hash = _digest(self.identity())
+        self.hash = digest(identity(self))
 
     @classmethod
     def load(cls, path: str | Path) -> Study:
@@ -117,7 +80,7 @@ class Study:
     @property
     def chunk_size(self) -> int:
         """Number of runs that are done, and written, together."""
-        return max(min(LARGEST_CHUNK, math.ceil(self.runs / CHUNKS)), math.ceil(self.runs / MOST_CHUNKS))
+        return chunk_size(self.runs)
 
     @property
     def chunks(self) -> int:
@@ -150,23 +113,13 @@ class Study:
         self.laws(scenario)
         return tuple(self._cases[scenario])
 
-    def chunks_of(self, shard: str | None) -> range:
+    def chunks_of(self, shard: str | None = None) -> Sequence[int]:
         """Return the chunks of the study, or of a part of it such as `"2/8"`.
 
         Raises:
             StudyError: If `shard` is no part.
         """
-        if shard is None:
-            return range(self.chunks)
-        try:
-            index, number = map(int, shard.split("/"))
-            if not 1 <= index <= number:
-                raise ValueError
-        except (AttributeError, ValueError):
-            raise StudyError(f"shard must be i/n with i from 1 to n, such as 2/8, got {shown(shard)}") from None
-        if index > self.chunks:
-            raise StudyError(f"shard {shard} is empty: the study has {self.chunks} chunks; give at most that many")
-        return range(index - 1, self.chunks, number)
+        return part(range(self.chunks), shard)
 
     def rows_of(self, chunk: int) -> range:
         """Return the numbers of the rows of a chunk."""
@@ -233,21 +186,7 @@ class Study:
         self.case(Place(scenario, sample, law, point))
         setup, motion = self.setup(scenario, point), self.motion(scenario, sample, point)
         warm_up()
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", AspectBorderWarning)
-            warnings.simplefilter("ignore", UndefinedCriterionWarning)
-            run = simulate(
-                setup.laws[law],
-                motion.trajectory,
-                q0=motion.q0,
-                v0=motion.v0,
-                dt=setup.dt if dt is None else dt,
-                plant=setup.plant,
-                integrator=setup.integrator,
-                saturation=setup.saturation,
-                events=setup.events,
-            )
-        return completed(run)
+        return motion.record(setup, law, dt)
 
     def run(
         self,
@@ -312,50 +251,9 @@ class Study:
                 self._build(scenario, point)
                 self._draw(scenario, 0, point)
 
-    def identity(self) -> dict[str, Any]:
-        """Return all that decides what the runs come to, as plain data: what `hash` is computed from."""
-        kept = self.definition.model_dump(mode="json", include={"motions", "endings"})
-        scenarios = {
-            name: scenario.model_dump(mode="json", exclude={"description", "folder"})
-            for name, scenario in self.scenarios.items()
-        }
-        return {**kept, "points": self.points, "scenarios": scenarios, "robots": self._robots}
-
-    def require_hash(self, digest: str) -> None:
-        """Make sure that this is the study of a hash, also with the robots that this machine has.
-
-        Raises:
-            StudyError: If it is not.
-        """
-        if _digest(self.identity()) != digest:
-            raise StudyError(
-                f"{socket.gethostname()} has other robot files than the machine that started the study {self.name!r}"
-            )
-
-    @cached_property
-    def _robots(self) -> dict[str, str]:
-        """SHA-256 of the robots' descriptions, without the folders of their meshes."""
-        robots = {}
-        for name, scenario in self.scenarios.items():
-            described = asdict(scenario.build(laws=()).arm.description)
-            described.pop("package_dirs")
-            robots[name] = _digest(described)
-        return robots
-
     @cached_property
     def _cases(self) -> dict[str, list[Case]]:
-        return {name: self._cases_of(name) for name in self.scenarios}
-
-    def _cases_of(self, scenario: str) -> list[Case]:
-        """Return what is run on every motion: a law only once where the grid changes parameters of others."""
-        found: dict[str, Case] = {}
-        labels = self.laws(scenario)
-        for point, changes in enumerate(self.points):
-            for law in labels:
-                foreign = tuple(f"controller.{other}." for other in labels if other != law)
-                own = {field: value for field, value in changes.items() if not field.startswith(foreign)}
-                found.setdefault(_digest([law, own]), Case(scenario, point, law, own))
-        return list(found.values())
+        return {name: cases_of(name, self.laws(name), self.points) for name in self.scenarios}
 
     @cached_property
     def _setups(self) -> Callable[[str, int], Setup]:
@@ -387,8 +285,3 @@ class Study:
     def __getstate__(self) -> dict[str, Any]:
         """Return what a worker needs: it builds its own setups."""
         return {name: value for name, value in self.__dict__.items() if not name.startswith("_")}
-
-
-def _digest(content: Any) -> str:
-    text = json.dumps(content, sort_keys=True, ensure_ascii=True)
-    return hashlib.sha256(text.encode()).hexdigest()

@@ -54,23 +54,22 @@ class PathTrajectory(Trajectory):
         """Return the target at a time; see `Trajectory.target`."""
         if task is None:
             task = task_of_value(start if isinstance(start, pin.SE3) else finite_vector("start", start))
+        dim, has_rotation, duration = task.dim, task.has_rotation, self.duration
         # An array of the right form is checked with the target, of which it is a part.
-        plain = type(start) is np.ndarray and start.dtype is _FLOAT and start.shape == (task.dim,)
-        if not plain or task.has_rotation:
+        if has_rotation or type(start) is not np.ndarray or start.dtype is not _FLOAT or start.shape != (dim,):
             start = task.checked("start", start)
-        if self.task_dim not in (None, task.dim):
-            raise ShapeError(
-                f"the trajectory has {self.task_dim} task coordinates, the task {task.axes} has {task.dim}"
-            )
-        duration = self.duration
+        if self.task_dim not in (None, dim):
+            raise ShapeError(f"the trajectory has {self.task_dim} task coordinates, the task {task.axes} has {dim}")
         s, ds, dds = self._profile(finite_number("t", t) / duration)
         rows = self.path((s, ds / duration, dds / duration / duration), task)
-        pose = task.displaced(start, rows[0]) if task.has_rotation else None
-        if pose is None:
+        pose = None
+        if has_rotation:
+            pose = task.displaced(start, rows[0])
+        else:
             x = rows[0]
             x += start
         if not hypot(*rows.ravel().tolist()) <= LARGEST:
-            if pose is None:
+            if not has_rotation:
                 require_finite("start", start)
             require_finite(f"the target at t = {t:g} s", rows)
         return target_of_rows(rows, pose)

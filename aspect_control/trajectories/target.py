@@ -12,7 +12,7 @@ from ..checks import finite_vector
 from ..exceptions import ShapeError
 from ..redundancy import Array
 
-_set = object.__setattr__
+_new, _set = object.__new__, object.__setattr__
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,8 +55,8 @@ def target_of_rows(rows: Array, pose: Any = None) -> Target:
         rows: x_d, ẋ_d and ẍ_d, shape (3, m), float64; read-only from here on.
         pose: x_d of a task with rotations, a `pin.SE3`, in place of the first row.
     """
-    rows.setflags(write=False)
-    target = object.__new__(Target)
+    rows.setflags(False)  # type: ignore[call-arg]  # as write=False in half the time
+    target = _new(Target)
     _set(target, "x", rows[0] if pose is None else pose)
     _set(target, "dx", rows[1])
     _set(target, "ddx", rows[2])

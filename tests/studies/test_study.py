@@ -22,6 +22,7 @@ from aspect_control.exceptions import (
 from aspect_control.scenario import load_scenario
 from aspect_control.studies.definition import MOST_POINTS, define
 from aspect_control.studies.estimate import time_estimate
+from aspect_control.studies.identity import require_identity
 from aspect_control.studies.rows import columns, make_row
 
 LAWS = [{"name": "null-space-vector"}, {"name": "jmdc"}]
@@ -189,7 +190,7 @@ def test_another_robot_file_makes_another_study(tmp_path, planar_path):
     (tmp_path / "arm.urdf").write_text(planar_path.read_text().replace('mass value="', 'mass value="1'))
     assert ac.Study.load(path).hash != first.hash
     with pytest.raises(StudyError, match="has other robot files than the machine that started the study"):
-        ac.Study.load(path).require_hash(first.hash)
+        require_identity(first)
 
 
 def load_text(name):

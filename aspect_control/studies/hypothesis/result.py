@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..rows import ERROR
-from ..study import Place, Study
+from ..cases import Place
+from ..study import Study
 from .aspect_table import AspectTable, paired_difference, rank_correlation
 from .condition import Condition
 from .hypothesis_study import ABLATION

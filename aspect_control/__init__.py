@@ -10,9 +10,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from . import aspects, controllers, criteria, plants, redundancy, simulation, trajectories, views
+    from . import aspects, controllers, criteria, plants, realtime, redundancy, simulation, trajectories, views
     from .arm import Arm, ArmState
     from .exceptions import AspectControlError
+    from .realtime import RealTimeLoop
     from .simulation import Run, simulate
     from .trajectories import Circle, Hold, StraightLine, Target, Trajectory, Waypoints
 
@@ -24,6 +25,7 @@ __all__ = [
     "AspectControlError",
     "Circle",
     "Hold",
+    "RealTimeLoop",
     "Run",
     "StraightLine",
     "Target",
@@ -33,6 +35,7 @@ __all__ = [
     "controllers",
     "criteria",
     "plants",
+    "realtime",
     "redundancy",
     "simulate",
     "simulation",
@@ -44,6 +47,7 @@ __all__ = [
 _HOMES = {
     **dict.fromkeys(("Arm", "ArmState"), "arm"),
     "AspectControlError": "exceptions",
+    "RealTimeLoop": "realtime",
     **dict.fromkeys(("Run", "simulate"), "simulation"),
     **dict.fromkeys(("Circle", "Hold", "StraightLine", "Target", "Trajectory", "Waypoints"), "trajectories"),
 }

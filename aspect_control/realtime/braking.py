@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..arm import Arm
 from ..redundancy import Array
-from .robot import Robot
+from .robot_protocol import Robot
 from .samples import RobotSample
 
 RATE = 20.0

@@ -95,4 +95,4 @@ class Streaming(Motion):
 
     def __repr__(self) -> str:
         """Show the limits."""
-        return f"stream({', '.join(f'{name}={value}' for name, value in self._limits.items())})"
+        return f"stream({', '.join(f'{name}={value!r}' for name, value in self._limits.items())})"

@@ -24,7 +24,7 @@ from .braking import brake, gravity_compensation
 from .interruptions import GarbageCollectorOff, StopSignals
 from .motions import Following, Motion, Streaming
 from .recording import Recording
-from .robot import Robot
+from .robot_protocol import Robot
 from .samples import samples
 from .timing import Stopwatch, Timing
 
@@ -68,7 +68,7 @@ class RealTimeLoop:
         law: The law.
         dt: The sampling time, s.
         run: The last run; None before the first.
-        timing: How well it kept its time; None before the first.
+        timing: How well it kept its time; without a sample before the first.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class RealTimeLoop:
             raise ParameterError(f"watch must be a function or None, got {shown(watch)}")
         self.robot, self.law, self.dt, self._watch = robot, law, positive("dt", dt, "s"), watch
         self.run: Run | None = None
-        self.timing: Timing | None = None
+        self.timing: Timing = Stopwatch(self.dt).timing(0, 0.0)
 
     def follow(self, trajectory: Trajectory) -> Run:
         """Follow a trajectory from where the robot is.
@@ -259,4 +259,3 @@ class _End(NamedTuple):
 
 
 _versions = cache(versions)
-

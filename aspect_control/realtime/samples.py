@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from numpy.typing import ArrayLike
 
-from .robot import ClockedRobot, Robot
+from .robot_protocol import ClockedRobot, Robot
 
 SPIN = 2e-4
 """The last part of a wait that is spent awake, s: what the operating system may oversleep."""

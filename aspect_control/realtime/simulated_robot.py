@@ -20,7 +20,7 @@ from .mujoco_chain import mjcf
 from .packets import Command, Mode, State, pack_command, state_size, unpack_state
 from .simulation_server import LOOPBACK, Setting, main
 
-PATIENCE = 0.5
+PATIENCE = 1.0
 """Time after which a robot that says nothing is taken to be gone, s."""
 
 

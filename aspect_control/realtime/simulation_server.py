@@ -94,7 +94,9 @@ class SimulatedArm:
         if self.mode is Mode.DRIVEN and (self.periods - self._commanded) * self._dt > self._watchdog:
             self._ended.add(self.session)
             self.mode, self._held = Mode.BRAKING, data.qpos.copy()
-        data.qfrc_applied = tau = np.clip(self._tau if self.mode is Mode.DRIVEN else self._brakes(), -self._limit, self._limit)
+        data.qfrc_applied = tau = np.clip(
+            self._tau if self.mode is Mode.DRIVEN else self._brakes(), -self._limit, self._limit
+        )
         self._step(self.model, data)
         # The bias forces of the new state, for the brakes.
         self._forward(self.model, data)
@@ -154,4 +156,3 @@ def main() -> None:
         server.setblocking(False)
         os.write(1, f"{server.getsockname()[1]}\n".encode())
         serve(arm, setting.dt, server)
-

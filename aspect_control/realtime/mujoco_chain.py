@@ -29,7 +29,7 @@ def mjcf(arm: Arm, *, dt: float, friction: Array, damping: Array) -> str:
     root, model = ElementTree.Element("mujoco", model="arm"), arm.model
     ElementTree.SubElement(root, "compiler", angle="radian", balanceinertia="true")
     option = {"timestep": repr(dt), "gravity": _text(arm.gravity), "integrator": "implicitfast"}
-    ElementTree.SubElement(ElementTree.SubElement(root, "option", option), "flag", contact="disable")
+    ElementTree.SubElement(ElementTree.SubElement(root, "option", option), "flag", contact="disable", autoreset="disable")
     bodies = [ElementTree.SubElement(root, "worldbody")]
     for index in range(1, model.njoints):
         joint, placement = model.joints[index], model.jointPlacements[index]

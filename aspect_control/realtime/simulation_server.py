@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from ..checks import is_finite
 from ..redundancy import Array
 from .packets import Command, Mode, State, command_size, pack_state, unpack_command
 from .samples import sleep_until
@@ -75,6 +76,8 @@ class SimulatedArm:
         self._tau, self._held = np.zeros(self.model.nv), np.array(setting.positions)
         self._ended: set[int] = set()
         self._forward(self.model, self.data)
+        # MuJoCo would write its warnings to a file; what they are about ends the process.
+        mujoco.set_mju_user_warning(lambda message: None)
 
     def take(self, command: Command) -> bool:
         """Take over a command, and say whether it was one: a new one of the session in command, or of a new session.
@@ -89,7 +92,7 @@ class SimulatedArm:
         return True
 
     def step(self) -> State:
-        """Move on by one period and return the state at its end."""
+        """Move on by one period and return the state at its end; an arm that has diverged ends the process."""
         data = self.data
         if self.mode is Mode.DRIVEN and (self.periods - self._commanded) * self._dt > self._watchdog:
             self._ended.add(self.session)
@@ -101,6 +104,8 @@ class SimulatedArm:
         # The bias forces of the new state, for the brakes.
         self._forward(self.model, data)
         self.periods += 1
+        if not is_finite(data.qvel):
+            raise SystemExit(f"the simulated arm has diverged at t = {self.periods * self._dt:g} s")
         return State(
             self.session, self.periods, self.mode, self.periods * self._dt, data.qpos.copy(), data.qvel.copy(), tau
         )

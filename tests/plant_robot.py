@@ -38,6 +38,6 @@ class PlantRobot:
 class UnclockedRobot:
     """The same without a clock: every reading is as it is now."""
 
-    def __init__(self, arm, q):
-        self._robot = PlantRobot(arm, q)
+    def __init__(self, arm, q, dt):
+        self._robot = PlantRobot(arm, q, dt)
         self.written, self.read, self.write = self._robot.written, self._robot.read, self._robot.write

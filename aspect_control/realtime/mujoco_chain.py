@@ -29,7 +29,9 @@ def mjcf(arm: Arm, *, dt: float, friction: Array, damping: Array) -> str:
     root, model = ElementTree.Element("mujoco", model="arm"), arm.model
     ElementTree.SubElement(root, "compiler", angle="radian", balanceinertia="true")
     option = {"timestep": repr(dt), "gravity": _text(arm.gravity), "integrator": "implicitfast"}
-    ElementTree.SubElement(ElementTree.SubElement(root, "option", option), "flag", contact="disable", autoreset="disable")
+    ElementTree.SubElement(
+        ElementTree.SubElement(root, "option", option), "flag", contact="disable", autoreset="disable"
+    )
     bodies = [ElementTree.SubElement(root, "worldbody")]
     for index in range(1, model.njoints):
         joint, placement = model.joints[index], model.jointPlacements[index]
@@ -52,6 +54,9 @@ def mjcf(arm: Arm, *, dt: float, friction: Array, damping: Array) -> str:
                 "limited": "false",
                 "armature": repr(float(model.armature[j])),
                 "frictionloss": repr(float(friction[j])),
+                # As stiff as the time step allows: by default a joint that dry friction holds creeps.
+                "solreffriction": _text((2.0 * dt, 1.0)),
+                "solimpfriction": "0.999 0.999 0.001",
                 "damping": repr(float(damping[j])),
             },
         )

@@ -2,8 +2,8 @@
 
 Little-endian, one packet a datagram, nothing but numbers:
 
-- A command: magic `ACTQ`, session, sequence number, number of joints, torques. A command without a sequence number
-  (0) carries no torque: it asks for telemetry.
+- A command: magic `ACTQ`, session, sequence number, number of joints, torques. The sequence numbers `HELLO` and `LAST`
+  carry no torque: the one asks for telemetry, the other ends the session.
 - A state: magic `ACST`, the session in command, sequence number, number of joints, mode, time, positions, velocities
   and the torques that act.
 """
@@ -22,12 +22,15 @@ from ..redundancy import Array
 _COMMAND, _STATE = b"ACTQ", b"ACST"
 _COMMAND_HEAD, _STATE_HEAD = struct.Struct("<4sIII"), struct.Struct("<4sIIIId")
 
+HELLO, LAST = 0, 2**32 - 1
+"""Sequence numbers of the packets that ask for telemetry, and that end a session."""
+
 
 class Mode(IntEnum):
     """What moves the simulated arm."""
 
     WAITING = 0
-    """Nothing: its brakes hold it until the first command comes."""
+    """Nothing: its brakes hold it until the first command of a session comes."""
     DRIVEN = 1
     """The commands."""
     BRAKING = 2
@@ -42,7 +45,7 @@ class Command(NamedTuple):
 
     Attributes:
         session: The client's own number.
-        sequence: Counts the commands of the session from 1; 0 for a packet that only asks for telemetry.
+        sequence: Counts the commands of the session from 1; or `HELLO`, or `LAST`.
         tau: Torques, shape (n,), N m.
     """
 

@@ -17,7 +17,7 @@ from ..checks import finite_vector, non_negative, positive, real_array
 from ..exceptions import RobotError, ShapeError
 from ..redundancy import Array
 from .mujoco_chain import mjcf
-from .packets import Command, Mode, State, pack_command, state_size, unpack_state
+from .packets import HELLO, LAST, Command, Mode, State, pack_command, state_size, unpack_state
 from .simulation_server import LOOPBACK, Setting, main
 
 PATIENCE = 1.0
@@ -27,7 +27,7 @@ PATIENCE = 1.0
 class SimulatedRobot:
     """A client of a `SimulationProcess`, over UDP on the loopback interface: a robot with a clock of its own.
 
-    It only reads until the first `write`, so that several may watch one robot.
+    Until the first `write` it only reads, so that several may watch one robot; then it is in command until `stop`.
 
     Attributes:
         state: The newest state; None before the first `read`.
@@ -42,11 +42,11 @@ class SimulatedRobot:
         """
         self.state: State | None = None
         self._arm, self._size = arm, state_size(arm.nv)
-        self._session, self._sequence = secrets.randbelow(2**32 - 1) + 1, 0
+        self._new_session()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         # A connected socket gets nothing from anybody else.
         self._socket.connect((LOOPBACK, port))
-        self._send(0, np.zeros(arm.nv))
+        self._send(HELLO, np.zeros(arm.nv))
 
     @property
     def time(self) -> float:
@@ -62,14 +62,16 @@ class SimulatedRobot:
         """Wait for a new state and return q, shape (nq,), rad, and v, shape (nv,), rad/s, of the newest.
 
         Raises:
-            RobotError: If none comes for `PATIENCE`, or another session drives the robot, or its watchdog has ended
-                this one.
+            RobotError: If none comes for `PATIENCE`, or, after a `write`, if another client drives the robot or its
+                watchdog has ended the session.
         """
         found = self._newest()
         self.state = found
-        if self._sequence and (found.mode is Mode.BRAKING or found.session not in (0, self._session)):
-            reason = "its watchdog brakes it" if found.session == self._session else "another session drives it"
-            raise RobotError(f"the simulated robot does not take commands: {reason}")
+        ours, driving = found.session == self._session, self._sequence > 0
+        if driving and ours and found.mode is Mode.BRAKING:
+            raise RobotError("the simulated robot takes no more commands: its watchdog brakes it")
+        if driving and not ours and found.mode is Mode.DRIVEN:
+            raise RobotError("the simulated robot takes no commands: another client drives it")
         return self._arm.configuration(found.positions), found.v
 
     def write(self, tau: Array) -> None:
@@ -83,6 +85,16 @@ class SimulatedRobot:
         self._sequence += 1
         self._send(self._sequence, finite_vector("tau", tau, self._arm.nv))
 
+    def stop(self) -> None:
+        """Say that no more torques will come: the brakes hold the arm until the next `write`.
+
+        Raises:
+            RobotError: If the robot is gone.
+        """
+        if self._sequence:
+            self._send(LAST, np.zeros(self._arm.nv))
+            self._new_session()
+
     def close(self) -> None:
         """Let go of the socket."""
         self._socket.close()
@@ -92,6 +104,9 @@ class SimulatedRobot:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def _new_session(self) -> None:
+        self._session, self._sequence = secrets.randbelow(2**32 - 1) + 1, 0
 
     def _send(self, sequence: int, tau: Array) -> None:
         try:
@@ -124,7 +139,7 @@ class SimulationProcess:
 
     It steps at its own pace and holds the last torque until the next, within the torque limits of the robot's
     description. Until the first command comes, its brakes hold the arm. When commands stop for longer than `watchdog`,
-    it carries the arm's weight, slows every joint down and lets nobody but a new client move it again. It listens on
+    it carries the arm's weight, slows every joint down, and the client in command has lost it. It listens on
     the loopback interface only and ends with the process that started it, however that ends. The simulated arm has no
     joint ends, no shapes and no contacts.
 

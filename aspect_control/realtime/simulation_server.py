@@ -18,14 +18,16 @@ from typing import Any
 
 import numpy as np
 
-from ..checks import is_finite
 from ..redundancy import Array
-from .packets import Command, Mode, State, command_size, pack_state, unpack_command
+from .packets import HELLO, LAST, Command, Mode, State, command_size, pack_state, unpack_command
 from .samples import sleep_until
 
 LOOPBACK = "127.0.0.1"
 BRAKING_RATE = 20.0
 """Rate at which the brakes slow a joint down, 1/s."""
+
+DIVERGED = 1e4
+"""Joint speed that says that the simulation has gone wrong, rad/s: its process ends."""
 
 MOST_LISTENERS = 8
 """Clients that get telemetry at the same time: the newest."""
@@ -82,21 +84,23 @@ class SimulatedArm:
     def take(self, command: Command) -> bool:
         """Take over a command, and say whether it was one: a new one of the session in command, or of a new session.
 
-        A session begins with its first command while no other is in command, and ends for good with the watchdog.
+        A session begins with its first command while no other is in command, and ends for good with its last or with
+        the watchdog.
         """
         if self.mode is not Mode.DRIVEN and command.session not in self._ended:
             self.mode, self.session, self._sequence = Mode.DRIVEN, command.session, 0
         if command.session != self.session or self.mode is not Mode.DRIVEN or command.sequence <= self._sequence:
             return False
         self._tau, self._sequence, self._commanded = command.tau, command.sequence, self.periods
+        if command.sequence == LAST:
+            self._end(Mode.WAITING)
         return True
 
     def step(self) -> State:
         """Move on by one period and return the state at its end; an arm that has diverged ends the process."""
         data = self.data
         if self.mode is Mode.DRIVEN and (self.periods - self._commanded) * self._dt > self._watchdog:
-            self._ended.add(self.session)
-            self.mode, self._held = Mode.BRAKING, data.qpos.copy()
+            self._end(Mode.BRAKING)
         data.qfrc_applied = tau = np.clip(
             self._tau if self.mode is Mode.DRIVEN else self._brakes(), -self._limit, self._limit
         )
@@ -104,11 +108,16 @@ class SimulatedArm:
         # The bias forces of the new state, for the brakes.
         self._forward(self.model, data)
         self.periods += 1
-        if not is_finite(data.qvel):
+        if not np.abs(data.qvel).max() <= DIVERGED:
             raise SystemExit(f"the simulated arm has diverged at t = {self.periods * self._dt:g} s")
         return State(
             self.session, self.periods, self.mode, self.periods * self._dt, data.qpos.copy(), data.qvel.copy(), tau
         )
+
+    def _end(self, mode: Mode) -> None:
+        """End the session in command."""
+        self._ended.add(self.session)
+        self.mode, self._held = mode, self.data.qpos.copy()
 
     def _brakes(self) -> Array:
         """Return the torque that carries the arm, slows it down and then holds it where that leaves it."""
@@ -138,7 +147,7 @@ def serve(arm: SimulatedArm, dt: float, server: socket.socket) -> None:
             command = unpack_command(packet, joints)
             if command is None:
                 continue
-            if command.sequence == 0:
+            if command.sequence == HELLO:
                 if client not in listeners:
                     listeners.append(client)
             elif arm.mode is not Mode.DRIVEN or client == driver:

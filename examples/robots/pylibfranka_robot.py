@@ -62,6 +62,7 @@ class PylibfrankaRobot:
         """End torque control."""
         if self._control is not None:
             control, self._control = self._control, None
+            control.readOnce()
             last = pylibfranka.Torques(self._tau.tolist())
             last.motion_finished = True
             control.writeOnce(last)

@@ -307,7 +307,7 @@ def test_a_clock_that_stands_still_or_is_another_one_ends_the_motion(planar, ste
 
 
 def test_a_robot_without_a_clock_is_read_at_absolute_deadlines(planar):
-    robot = UnclockedRobot(planar, Q0)
+    robot = UnclockedRobot(planar, Q0, 5e-3)
     assert isinstance(robot, Robot)
     assert not isinstance(robot, ClockedRobot)
     loop, begin = RealTimeLoop(robot, controllers.create("damped-null-space", planar), 5e-3), time.perf_counter()
@@ -325,7 +325,7 @@ def test_a_tick_that_takes_longer_than_its_period_misses_its_deadline(planar):
                 time.sleep(0.02)
             return super().command(state, target)
 
-    robot = UnclockedRobot(planar, Q0)
+    robot = UnclockedRobot(planar, Q0, 5e-3)
     loop = RealTimeLoop(robot, Slow(planar), 5e-3)
     loop.follow(LINE)
     assert loop.timing.deadlines_missed >= 2

@@ -22,7 +22,15 @@ from aspect_control.realtime import Percentiles, SimulationProcess, Timing
 
 READY = np.array([0.0, -np.pi / 4, 0.0, -3.0 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4])
 PRIORITY = 20
-COLUMNS = ["scheduler", "samples", "deadlines missed", "samples lost", "garbage collections", "largest tip error"]
+COLUMNS = [
+    "scheduler",
+    "end",
+    "samples",
+    "deadlines missed",
+    "samples lost",
+    "garbage collections",
+    "largest tip error",
+]
 
 
 def motion(duration: float, file: str) -> tuple[ac.Run, Timing]:
@@ -41,7 +49,7 @@ def motion(duration: float, file: str) -> tuple[ac.Run, Timing]:
 def row(scheduler: str, run: ac.Run, timing: Timing) -> list[str]:
     """Return one line of the first table."""
     counts = (len(run.t), timing.deadlines_missed, timing.samples_lost, timing.collections)
-    return [scheduler, *(f"{count:,}" for count in counts), f"{run.tracking_error.max() * 1e3:.1f} mm"]
+    return [scheduler, run.status, *(f"{count:,}" for count in counts), f"{run.tracking_error.max() * 1e3:.1f} mm"]
 
 
 def times(scheduler: str, name: str, found: Percentiles) -> list[str]:

@@ -13,18 +13,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm.tasks import TaskValue
-from ..checks import positive, read_only
+from ..checks import positive
 from ..controllers import Controller
 from ..exceptions import ParameterError, RobotError, shown
 from ..redundancy import Array
 from ..simulation import Run, RunInfo, Sample
+from ..simulation.recorder import read_only_view
 from ..simulation.run_file import versions
 from ..trajectories import Hold, Target, Trajectory
-from .braking import brake, gravity_compensation
 from .interruptions import GarbageCollectorOff, StopSignals
-from .motions import Following, Motion, Streaming
+from .motion import Following, Motion, Streaming
 from .recording import Recording
 from .robot_protocol import Robot
+from .safe_stop import brake, gravity_compensation
 from .samples import samples
 from .timing import Stopwatch, Timing
 
@@ -48,7 +49,7 @@ class RealTimeLoop:
     2. At every sample: read, target, torque, write, record, `watch`. A robot with a clock of its own sets the pace (see
        `ClockedRobot`); any other is read at absolute deadlines. Where samples were lost, the targets go on with the
        clock.
-    3. Whatever ends the motion, the arm is then braked and held (`braking.brake`), the last command holds it where it
+    3. Whatever ends the motion, the arm is then braked and held (`safe_stop.brake`), the last command holds it where it
        is, and `robot.stop()` is called if there is such a method. If the robot can no longer be read, one last command
        carries its weight where it was seen last. A robot that is on its own after that, or after a killed process,
        needs a watchdog of its own.
@@ -165,13 +166,20 @@ class RealTimeLoop:
         return self.run
 
     def _warm_up(self, q: ArrayLike, v: ArrayLike) -> float:
-        """Run the law where the robot stands, put back what it remembers, and return how long it took, s."""
+        """Run the law where the robot stands, put back what it remembers, and return how long it took, s.
+
+        Raises:
+            ParameterError: If the law is one that stops by itself, and does not even start here.
+        """
         law, arm, began = self.law, self.law.arm, perf_counter()
         memory, rest = law.memory, np.zeros(arm.task_dim)
         try:
             for _ in range(WARM_UP):
                 law.reset(q, v, self.dt)
                 law.torque(q, v, Target(x=arm.task_position(q), dx=rest, ddx=rest))
+                state, reason = _status(law)
+                if state in ("stopping", "stopped"):
+                    raise ParameterError(f"the law does not start here: {reason}")
         finally:
             law.memory = memory
         return perf_counter() - began
@@ -180,7 +188,9 @@ class RealTimeLoop:
         """Run the motion to its end, whatever that is; nothing is raised."""
         robot, law, arm, watch, t = self.robot, self.law, self.law.arm, self._watch, 0.0
         try:
-            for sample in samples(robot, self.dt):
+            readings = samples(robot, self.dt)
+            while True:
+                sample = next(readings)
                 arrived = perf_counter()
                 if signals.received is not None:
                     return _End("interrupted", sample.t, f"by {signals.received.name}", signals.error())
@@ -193,21 +203,20 @@ class RealTimeLoop:
                 target = motion.target(t)
                 if target is None:
                     return _End("finished", t)
-                tau = read_only(law.torque(sample.q, sample.v, target))
+                tau = read_only_view(law.torque(sample.q, sample.v, target))
                 recording.last = sample.q, tau
                 robot.write(tau)
                 stopwatch.add(t, sample.due, arrived, perf_counter())
                 q, v = recording.add(t, sample.q, sample.v, tau, target)
                 if watch is not None:
                     watch(Sample(arm, t, q, v, tau, target))
-                status = getattr(law, "status", None)
-                if getattr(status, "state", None) == "stopped":
-                    return _End("stopped", t, str(getattr(status, "reason", "")))
+                state, reason = _status(law)
+                if state == "stopped":
+                    return _End("stopped", t, reason)
         except (KeyboardInterrupt, SystemExit) as error:
             return _End("interrupted", t, f"by {type(error).__name__}", error)
         except BaseException as error:
             return _End("failed", t, f"{type(error).__name__}: {error}", error)
-        return _End("failed", t, "the robot has no more samples", RobotError("the robot has no more samples"))
 
     def _left_safe(self, end: _End, q: ArrayLike, tau: Array) -> _End:
         """Brake the arm, stop the robot, and return the end with what went wrong in that; see `Recording.last`."""
@@ -259,3 +268,9 @@ class _End(NamedTuple):
 
 
 _versions = cache(versions)
+
+
+def _status(law: Controller) -> tuple[str, str]:
+    """Return the state of a law that stops by itself, such as a guard, and the reason; empty for any other law."""
+    status = getattr(law, "status", None)
+    return str(getattr(status, "state", "")), str(getattr(status, "reason", ""))

@@ -44,7 +44,8 @@ class Timing:
         dt: The sampling time that was asked for, s.
         periods: Times between one sample and the next as they arrived, shape (k − 1,), s.
         ticks: Times of the ticks, shape (k,), s.
-        deadlines_missed: Number of samples whose torque was written later than dt after the sample was due.
+        deadlines_missed: Number of samples whose torque was written later than dt after the sample was due; on a
+            robot's own clock that is when it arrived.
         samples_lost: Number of samples that are missing on the clock that the loop lived on.
         collections: How often Python's garbage collector ran.
         warm_up: Time that the law was warmed up before the first sample, s.

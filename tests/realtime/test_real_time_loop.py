@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import aspect_control as ac
-from aspect_control import controllers
+from aspect_control import controllers, views
 from aspect_control.analysis import summarize
 from aspect_control.exceptions import ParameterError, RobotError, ShapeError
 from aspect_control.realtime import ClockedRobot, RealTimeLoop, Robot
@@ -94,6 +94,8 @@ def test_the_recording_is_a_run_like_any_other(planar, tmp_path):
     run.save(tmp_path / "run.npz")
     assert ac.Run.load(tmp_path / "run.npz") == run
     assert summarize(run)["max_tracking_error"] < 1e-3
+    views.replay(run, tmp_path / "run.html")
+    assert (tmp_path / "run.html").stat().st_size > 100_000
 
 
 def test_a_long_motion_is_recorded_in_several_blocks(planar, monkeypatch):

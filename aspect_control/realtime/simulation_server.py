@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from ..redundancy import Array
+from .interruptions import GarbageCollectorOff
 from .packets import HELLO, LAST, Command, Mode, State, command_size, pack_state, unpack_command
 from .samples import sleep_until
 
@@ -31,6 +32,9 @@ DIVERGED = 1e4
 
 MOST_LISTENERS = 8
 """Clients that get telemetry at the same time: the newest."""
+
+MOST_PACKETS = 64
+"""Packets that are looked at in a period, so that no flood of them stops the clock."""
 
 LONGEST_LAG = 0.1
 """Time that the simulation catches up if it was held up, s; of a longer one its clock knows nothing."""
@@ -120,10 +124,10 @@ class SimulatedArm:
         self.mode, self._held = mode, self.data.qpos.copy()
 
     def _brakes(self) -> Array:
-        """Return the torque that carries the arm, slows it down and then holds it where that leaves it."""
+        """Return the torque that carries the arm and slows it down; while it waits, that holds it where it was."""
         slowing, push = -BRAKING_RATE * self.data.qvel, np.empty(self.model.nv)
         if self.mode is Mode.WAITING:
-            slowing += BRAKING_RATE**2 * (self._held - self.data.qpos)
+            slowing = 2.0 * slowing + BRAKING_RATE**2 * (self._held - self.data.qpos)
         self._multiply(self.model, self.data, push, slowing)
         torque: Array = self.data.qfrc_bias + push
         return torque
@@ -137,7 +141,7 @@ def serve(arm: SimulatedArm, dt: float, server: socket.socket) -> None:
     while True:
         sleep_until(begin + arm.periods * dt)
         begin += max(0.0, perf_counter() - begin - arm.periods * dt - LONGEST_LAG)
-        while True:
+        for _ in range(MOST_PACKETS):
             try:
                 packet, client = server.recvfrom(command_size(joints) + 1)
             except BlockingIOError:
@@ -169,4 +173,5 @@ def main() -> None:
         server.bind((LOOPBACK, 0))
         server.setblocking(False)
         os.write(1, f"{server.getsockname()[1]}\n".encode())
-        serve(arm, setting.dt, server)
+        with GarbageCollectorOff():
+            serve(arm, setting.dt, server)

@@ -226,7 +226,7 @@ def test_nobody_else_moves_an_arm_that_is_driven(panda):
                 b"ACTQ" + os.urandom(68),
                 struct.pack("<72s", good[:20]),
             ]
-            for packet in (pack_command(forged), good, *broken):
+            for packet in (pack_command(forged), good, *broken, *[good[:-1]] * 2000):
                 stranger.sendto(packet, ("127.0.0.1", simulation.port))
             found = states(robot, 0.1)
             assert max(np.abs(state.v).max() for state in found) < 1e-3

@@ -48,7 +48,7 @@ def test_the_motion_keeps_its_limits_and_ends_at_the_last_target(arriving):
         np.testing.assert_allclose(x[-1], arriving[-1][1], rtol=0, atol=1e-3)
 
 
-@settings(max_examples=20)
+@settings(max_examples=8)
 @given(st.lists(st.tuples(st.floats(0.0, 0.3), st.integers(0, 2**32 - 1)), min_size=1, max_size=4))
 def test_an_orientation_turns_without_a_step(arriving):
     """Angular velocity and acceleration are the derivatives of the orientation, whenever another target comes."""

@@ -56,7 +56,7 @@ def main(
         "",
         "| what | measured | wanted |",
         "| --- | --- | --- |",
-        f"| {runs:,} runs with two workers | {seconds / 60.0:.1f} min ({1e3 * seconds / runs:.0f} ms each) | ≤ 10 min |",
+        f"| {runs:,} runs with two workers | {seconds / 60.0:.1f} min, {1e3 * seconds / runs:.0f} ms each | ≤ 10 min |",
         f"| rate of two workers over twice the rate of one, median of {rounds} rounds | {efficiency:.0%} | ≥ 90 % |",
         *(f"| {name} | {value} | {wanted} |" for name, value, wanted in memory),
         "",

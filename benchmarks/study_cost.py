@@ -16,8 +16,9 @@ import typer
 
 from aspect_control import Study
 from aspect_control.exceptions import AspectControlError
-from aspect_control.files import output_folder, write_text
+from aspect_control.files import atomic_path, output_folder, write_text
 from aspect_control.studies import StudyProgress
+from aspect_control.studies.rows import make_row, to_table
 from aspect_control.views.progress import describe_progress, progress_bar
 
 STUDY: dict[str, Any] = {
@@ -47,6 +48,7 @@ def main(
         efficiency = _efficiency(rounds, lambda label, part: progress(label, 0.3 * part))
         seconds, runs = _whole(motions, lambda label, part: progress(label, 0.3 + 0.3 * part))
         memory = _memory(memory_runs, lambda label, part: progress(label, 0.6 + 0.4 * part))
+        a_row, on_disk, in_memory = _table(folder)
     lines = [
         "# What a study costs",
         "",
@@ -59,6 +61,10 @@ def main(
         f"| {runs:,} runs with two workers | {seconds / 60.0:.1f} min, {1e3 * seconds / runs:.0f} ms each | ≤ 10 min |",
         f"| rate of two workers over twice the rate of one, median of {rounds} rounds | {efficiency:.0%} | ≥ 90 % |",
         *(f"| {name} | {value} | {wanted} |" for name, value, wanted in memory),
+        f"| time of the process that started the study for a row | {1e3 * a_row:.2f} ms | |",
+        f"| a row of a large chunk, in its file and in memory | {on_disk:.0f} and {in_memory:.0f} bytes | |",
+        "",
+        *_ten_million(2.0 * seconds / runs, a_row, on_disk, in_memory),
         "",
     ]
     write_text(folder / "study-cost.md", "\n".join(lines))
@@ -114,6 +120,36 @@ def _memory(runs: int, progress: Any) -> list[tuple[str, str, str]]:
     return [
         (f"memory of a worker after {study.runs // 10:,} runs", f"{early / megabyte:.0f} MB", "≤ 300 MB"),
         (f"memory of a worker after {study.runs:,} runs", f"{late / megabyte:.0f} MB", "the same"),
+    ]
+
+
+def _table(folder: Path) -> tuple[float, float, float]:
+    """Return what a row of a large chunk costs the starting process, s, and its size in a file and in memory, bytes."""
+    import pickle
+
+    import pyarrow.parquet as pq
+
+    study = _study(500, seed=3)
+    rows = [make_row(study, row) for row in range(250)] * 10
+    started = time.perf_counter()
+    table = to_table(study, pickle.loads(pickle.dumps(rows)))  # noqa: S301
+    with atomic_path(folder / "chunk.parquet") as temporary:
+        pq.write_table(table, temporary)
+    seconds = time.perf_counter() - started
+    size = (folder / "chunk.parquet").stat().st_size
+    (folder / "chunk.parquet").unlink()
+    return seconds / len(rows), size / len(rows), table.nbytes / len(rows)
+
+
+def _ten_million(a_run: float, a_row: float, on_disk: float, in_memory: float) -> list[str]:
+    """Say what 10⁷ motions under five laws need, from the cost of a run on one processor and of a row."""
+    runs = 5e7
+    return [
+        f"On paper, 10⁷ motions under five laws, 5·10⁷ runs, need {runs * a_run / 3600.0:,.0f} processor hours, "
+        f"{runs * on_disk / 1e9:.0f} GB of files and {runs * in_memory / 1e9:.0f} GB of memory for the whole table. "
+        f"One starting process keeps up with {a_run / a_row:,.0f} processors: it is the bottleneck, and then the memory "
+        "for the whole table. With `--shard i/8` eight processes start an eighth each and keep up with "
+        f"{8 * a_run / a_row:,.0f} processors, which make all runs in {runs * a_row / 8.0 / 3600.0:.1f} h."
     ]
 
 

@@ -147,8 +147,8 @@ def _ten_million(a_run: float, a_row: float, on_disk: float, in_memory: float) -
     return [
         f"On paper, 10⁷ motions under five laws, 5·10⁷ runs, need {runs * a_run / 3600.0:,.0f} processor hours, "
         f"{runs * on_disk / 1e9:.0f} GB of files and {runs * in_memory / 1e9:.0f} GB of memory for the whole table. "
-        f"One starting process keeps up with {a_run / a_row:,.0f} processors: it is the bottleneck, and then the memory "
-        "for the whole table. With `--shard i/8` eight processes start an eighth each and keep up with "
+        f"One starting process keeps up with {a_run / a_row:,.0f} processors: it is the bottleneck, and then the "
+        "memory for the whole table. With `--shard i/8` eight processes start an eighth each and keep up with "
         f"{8 * a_run / a_row:,.0f} processors, which make all runs in {runs * a_row / 8.0 / 3600.0:.1f} h."
     ]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .hypothesis.tables import Proportion, proportion
+from .proportion import Proportion, proportion
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -13,11 +13,13 @@ from .figures.atlas_figures import atlas_figure, stability_figure
 from .figures.hypothesis_figure import hypothesis_figure
 from .figures.run_figures import comparison_figure, run_figure, save_figure
 from .figures.self_motion_figure import self_motion_figure
+from .figures.shares_figure import shares_figure
 from .figures.study_figure import grid_figure, study_figure
 from .figures.survey_figure import survey_figure
 from .figures.torque_figure import torque_figure
 from .reports.comparison_report import comparison_report
-from .reports.hypothesis_report import hypothesis_report, hypothesis_rows, hypothesis_verdict
+from .reports.hypothesis_report import hypothesis_report, hypothesis_rows
+from .reports.hypothesis_verdict import hypothesis_verdict
 from .reports.reproduction_report import reproduction_report
 from .reports.study_report import study_report
 from .reports.survey_report import survey_report
@@ -55,6 +57,7 @@ __all__ = [
     "run_figure",
     "save_figure",
     "self_motion_figure",
+    "shares_figure",
     "stability_figure",
     "study_figure",
     "study_report",

@@ -1,15 +1,16 @@
 """The paper's hypothesis on random motions: is keeping the aspect necessary for a stable torque?
 
-`outcome` holds the definitions, `experiment` the draws, `tables` the statistics.
+`hypothesis_study` says what is run, `condition` takes the table apart, `result` holds the definitions, `aspect_table`
+the statistics.
 """
 
 from __future__ import annotations
 
-from .examine import examine_hypothesis, time_estimate
-from .experiment import ABLATION, Draw, Experiment
-from .outcome import THRESHOLD, THRESHOLDS, Outcome, SampleOutcome
-from .result import EXPLODED_INSIDE, LEFT_AND_CALM, Counterexample, HypothesisResult
-from .tables import AspectTable, Proportion, proportion, rank_correlation
+from .aspect_table import AspectTable, paired_difference, rank_correlation
+from .condition import Condition, conditions
+from .evidence import Evidence, Part, evidence, results_of, stored
+from .hypothesis_study import ABLATION, hypothesis_study
+from .result import EXPLODED_INSIDE, LEFT_AND_CALM, THRESHOLD, THRESHOLDS, Counterexample, HypothesisResult
 
 __all__ = [
     "ABLATION",
@@ -18,15 +19,16 @@ __all__ = [
     "THRESHOLD",
     "THRESHOLDS",
     "AspectTable",
+    "Condition",
     "Counterexample",
-    "Draw",
-    "Experiment",
+    "Evidence",
     "HypothesisResult",
-    "Outcome",
-    "Proportion",
-    "SampleOutcome",
-    "examine_hypothesis",
-    "proportion",
+    "Part",
+    "conditions",
+    "evidence",
+    "hypothesis_study",
+    "paired_difference",
     "rank_correlation",
-    "time_estimate",
+    "results_of",
+    "stored",
 ]

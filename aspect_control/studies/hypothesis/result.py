@@ -1,17 +1,38 @@
-"""What the random motions say about the hypothesis, all of them together."""
+"""What random motions say about the hypothesis, for one arm under one setting.
+
+Aspect kept: no minor that has a sign at the start changes it (`analysis.aspect_preserved`).
+
+Reference of a motion: the smallest peak torque among the laws that finish it.
+
+Exploded: the run ended early, by divergence or a lost target, or the largest |τ| of any joint is more than a threshold
+times the reference; calm is everything else. A motion that no law finishes has no reference and is left out.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .experiment import Experiment
-from .outcome import THRESHOLD, THRESHOLDS, Outcome, SampleOutcome
-from .tables import AspectTable, rank_correlation
+from ..rows import ERROR
+from ..study import Place, Study
+from .aspect_table import AspectTable, paired_difference, rank_correlation
+from .condition import Condition
+from .hypothesis_study import ABLATION
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+THRESHOLDS = (2.0, 3.0, 10.0, 30.0, 100.0)
+"""Peak torques over the reference beyond which a run counts as exploded; 2 is also the survey's."""
+
+THRESHOLD = 10.0
+"""The threshold that is used where only one is."""
 
 LEFT_AND_CALM, EXPLODED_INSIDE = "left and calm", "kept and exploded"
 """The two kinds of counterexamples: to the necessity of keeping the aspect, and to its sufficiency."""
@@ -22,110 +43,152 @@ MOST_COUNTEREXAMPLES = 2
 FINER = 4
 """How many times more finely the counterexamples are sampled again."""
 
-MEASURES = ("margin", "manipulability", "self_motion")
-"""Fields of `Outcome` that peak torques are correlated with."""
+MEASURES = ("margin", "manipulability_min", "self_motion_max")
+"""Columns that peak torques are correlated with."""
 
 
 @dataclass(frozen=True)
 class Counterexample:
-    """A run that contradicts a direction of the hypothesis.
+    """A run that contradicts one direction of the hypothesis.
 
     Attributes:
         kind: `LEFT_AND_CALM` or `EXPLODED_INSIDE`.
-        index: Number of its sample.
-        outcome: What it came to.
-        finer: What it came to at a quarter of the sampling time, with the same reference; None if that was not run.
+        row: Number of its row in the table.
+        scenario: Name of the scenario.
+        sample: Number of the motion.
+        law: Label of the law.
+        point: Number of the grid point.
+        dt: Sampling time, s.
+        reference: Reference of the motion, N m.
+        peak_torque: Its peak torque, N m.
+        margin: Its smallest normalised minor, negative if the aspect was left.
+        sign_changes: How often a minor changed sign.
+        status: How it ended.
+        finer_peak_torque: Its peak torque at a quarter of the sampling time, N m; None if that was not run.
+        holds: Whether it is a counterexample of the same kind then; None if that was not run.
     """
 
     kind: str
-    index: int
-    outcome: Outcome
-    finer: Outcome | None = None
+    row: int
+    scenario: str
+    sample: int
+    law: str
+    point: int
+    dt: float
+    reference: float
+    peak_torque: float
+    margin: float
+    sign_changes: int
+    status: str
+    finer_peak_torque: float | None = None
+    holds: bool | None = None
+
+    def checked(self, study: Study) -> Counterexample:
+        """Return the counterexample with what becomes of it at a quarter of the sampling time.
+
+        Args:
+            study: The study of the table.
+        """
+        run = study.record(self.scenario, self.sample, self.law, self.point, self.dt / FINER)
+        peak = float(np.abs(run.tau).max())
+        burst = run.status != "finished" or peak / self.reference > THRESHOLD
+        kept = bool(run.metrics()["aspect_preserved"])
+        return replace(self, finer_peak_torque=peak, holds=kept == burst and burst == (self.kind == EXPLODED_INSIDE))
 
     @property
-    def holds(self) -> bool | None:
-        """Whether it is a counterexample of the same kind when sampled more finely; None if that was not run."""
-        if self.finer is None:
-            return None
-        return self.kind == _kind(self.finer, THRESHOLD)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the counterexample as plain data, for JSON."""
-        return {**asdict(self), "holds": self.holds}
+    def place(self) -> Place:
+        """Which run of the study it is."""
+        return Place(self.scenario, self.sample, self.law, self.point)
 
 
-@dataclass(frozen=True)
 class HypothesisResult:
-    """Outcomes of random motions, by sample and law.
+    """The runs of one arm under one setting, held against the reference of their motion.
 
     Attributes:
-        experiment: What was drawn and run.
-        requested: How many samples were asked for.
-        samples: Those that were computed, by index.
-        counterexamples: The clearest ones.
+        condition: What was run.
+        rows: The runs of motions that have a reference, with columns `reference` (N m) and `ratio`, the peak torque
+            over it.
+        undecided: Numbers of the motions that no law finished; they are in no table.
+        failed: How many runs raised an error; they are in no table.
     """
 
-    experiment: Experiment
-    requested: int
-    samples: tuple[SampleOutcome, ...]
-    counterexamples: tuple[Counterexample, ...] = ()
+    def __init__(self, condition: Condition) -> None:
+        """Hold the runs of a condition against the references of their motions."""
+        self.condition = condition
+        rows = condition.rows
+        finished = rows[rows["status"] == "finished"]
+        reference = rows["sample"].map(finished.groupby("sample")["peak_torque"].min())
+        self.undecided = tuple(int(sample) for sample in rows["sample"][reference.isna()].unique())
+        self.failed = int((rows["status"] == ERROR).sum())
+        rows = rows.assign(reference=reference, ratio=rows["peak_torque"] / reference)
+        rows = rows[reference.notna() & (rows["status"] != ERROR)]
+        self.rows = rows.astype({"aspect_preserved": bool, "sign_changes": int})
 
     @property
-    def undecided(self) -> tuple[int, ...]:
-        """Indices of the samples that no law finished; they are in no table."""
-        return tuple(sample.index for sample in self.samples if sample.reference is None)
+    def laws(self) -> tuple[str, ...]:
+        """Labels of the laws."""
+        return self.condition.laws
+
+    @cached_property
+    def motions(self) -> pd.DataFrame:
+        """The motions that have a reference, one row each."""
+        return self.rows.drop_duplicates("sample")
 
     @property
     def bound(self) -> float:
-        """`THRESHOLD` times the median reference of all samples, N m: what is a large torque whatever the sample."""
-        references = [sample.reference for sample in self.samples if sample.reference is not None]
-        return THRESHOLD * float(np.median(references)) if references else math.inf
+        """`THRESHOLD` times the median reference of all motions, N m: what is a large torque whatever the motion."""
+        return THRESHOLD * float(self.motions["reference"].median()) if len(self.motions) else math.inf
 
     @property
     def demanding(self) -> tuple[int, ...]:
-        """Indices of the samples whose reference is beyond `bound`: no law is calm there but in comparison."""
-        return tuple(s.index for s in self.samples if s.reference is not None and s.reference > self.bound)
+        """Numbers of the motions whose reference is beyond `bound`: no law is calm there but in comparison."""
+        return tuple(int(each) for each in self.motions["sample"][self.motions["reference"] > self.bound])
 
-    def left_and_calm(self) -> list[Outcome]:
-        """Return the outcomes that contradict necessity at `THRESHOLD`: those that left their aspect and are calm."""
-        return [outcome for _, outcome in self._decided() if _kind(outcome, THRESHOLD) == LEFT_AND_CALM]
-
-    def outcomes(self, law: str) -> list[Outcome]:
-        """Return the outcomes of a law on the samples that have a reference."""
-        return [outcome for _, outcome in self._decided() if outcome.law == law]
+    def of(self, law: str) -> pd.DataFrame:
+        """Return the runs of a law."""
+        return self.rows[self.rows["law"] == law]
 
     def table(self, law: str, threshold: float = THRESHOLD) -> AspectTable:
         """Return the runs of a law by aspect and torque.
 
         Args:
             law: Label of the law.
-            threshold: One of `THRESHOLDS`.
+            threshold: Peak torque over the reference beyond which a run counts as exploded.
         """
-        return AspectTable.of(law, self.outcomes(law), threshold, THRESHOLDS.index(threshold))
+        rows = self.of(law)
+        kept = rows["aspect_preserved"].to_numpy(dtype=bool)
+        inside = rows["peak_torque_inside"].to_numpy() > threshold * rows["reference"].to_numpy()
+        return AspectTable.of(law, threshold, kept, exploded(rows, threshold), inside)
 
-    def all_tables(self) -> list[AspectTable]:
-        """Return the table of every law for every threshold."""
-        return [self.table(law, threshold) for threshold in THRESHOLDS for law in self.experiment.laws]
+    def left_and_calm(self) -> pd.DataFrame:
+        """Return the runs that contradict necessity at `THRESHOLD`: those that left their aspect and are calm."""
+        return self.rows[~self.rows["aspect_preserved"] & ~exploded(self.rows, THRESHOLD)]
 
     def correlations(self, law: str) -> dict[str, dict[str, float | None]]:
-        """Return rank correlations across the samples.
-
-        Args:
-            law: Label of the law.
-
-        Returns:
-            Spearman's coefficient of `peak_ratio` and of `peak_torque` with each of `MEASURES`.
-        """
-        picked = self.outcomes(law)
+        """Return Spearman's rank correlations across the motions of `ratio` and `peak_torque` with `MEASURES`."""
+        rows = self.of(law)
         return {
             torque: {
-                measure: rank_correlation(
-                    (getattr(each, measure) for each in picked), (getattr(each, torque) for each in picked)
-                )
+                measure: rank_correlation(*(rows[[measure, torque]].dropna()[each] for each in (measure, torque)))
                 for measure in MEASURES
             }
-            for torque in ("peak_ratio", "peak_torque")
+            for torque in ("ratio", "peak_torque")
         }
+
+    def minor_measure(self) -> dict[str, Any] | None:
+        """Return how JMDC with and without its minor measure differ on the same motions; None if either is missing.
+
+        Returns:
+            `kept` and `exploded`, see `paired_difference`: the one is with the measure.
+        """
+        both = self.rows[self.rows["law"].isin(["jmdc", ABLATION])]
+        if both["law"].nunique() < 2:
+            return None
+        found = {}
+        for name, values in (("kept", both["aspect_preserved"]), ("exploded", exploded(both, THRESHOLD))):
+            paired = both.assign(holds=values).pivot_table(index="sample", columns="law", values="holds").dropna()
+            found[name] = paired_difference(*(paired[law].to_numpy() > 0.5 for law in ("jmdc", ABLATION)))
+        return found
 
     def clearest(self) -> list[Counterexample]:
         """Return the clearest counterexamples at `THRESHOLD`, some of each law and kind.
@@ -134,68 +197,77 @@ class HypothesisResult:
         threshold that has any. Runs that exploded inside their aspect: those with the largest peak ratio.
         """
         found = []
-        for law in self.experiment.laws:
-            mine = [(sample, each) for sample, each in self._decided() if each.law == law]
-            outside = [pair for pair in mine if _kind(pair[1], THRESHOLD) == LEFT_AND_CALM]
-            inside = [pair for pair in mine if _kind(pair[1], THRESHOLD) == EXPLODED_INSIDE]
-            outside.sort(key=lambda pair: (_calm_up_to(pair[1]), pair[1].margin))
-            inside.sort(key=lambda pair: -(pair[1].peak_ratio or 0.0))
-            for kind, pairs in ((LEFT_AND_CALM, outside), (EXPLODED_INSIDE, inside)):
-                found += [Counterexample(kind, sample.index, each) for sample, each in pairs[:MOST_COUNTEREXAMPLES]]
+        for law in self.laws:
+            rows = self.of(law)
+            burst, kept = exploded(rows, THRESHOLD), rows["aspect_preserved"]
+            calm_from = rows.assign(calm_from=np.searchsorted(THRESHOLDS, rows["ratio"]))
+            outside = calm_from[~kept & ~burst].sort_values(["calm_from", "margin", "sample"])
+            inside = rows[kept & burst].sort_values(["ratio", "sample"], ascending=[False, True])
+            for kind, picked in ((LEFT_AND_CALM, outside), (EXPLODED_INSIDE, inside)):
+                found += [_counterexample(kind, row) for row in picked.head(MOST_COUNTEREXAMPLES).to_dict("records")]
         return found
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything but the samples one by one as plain data, for JSON."""
-        references = [sample.reference for sample in self.samples if sample.reference is not None]
-        experiment = self.experiment
+        """Return everything but the runs one by one as plain data, for JSON."""
+        condition, motions = self.condition, self.motions
+        calm = self.left_and_calm()
+        first = condition.rows.iloc[0] if len(condition.rows) else dict.fromkeys(condition.rows)
         return {
-            "scenario": experiment.name,
-            "seed": experiment.seed,
-            "dt": experiment.dt,
-            "laws": [section.model_dump() for section in experiment.scenario.controllers],
-            "requested": self.requested,
-            "samples": len(self.samples),
+            "scenario": condition.scenario,
+            "changes": condition.changes,
+            **{key: _plain(first[key]) for key in ("robot", "seed", "dt", "minors", "redundancy")},
+            "laws": list(self.laws),
+            "samples": int(condition.rows["sample"].nunique()),
             "undecided": list(self.undecided),
+            "failed": self.failed,
             "demanding": list(self.demanding),
-            "left_and_calm": {
-                "count": len(self.left_and_calm()),
-                "below_bound": sum(each.peak_torque <= self.bound for each in self.left_and_calm()),
+            "left_and_calm": {"count": len(calm), "below_bound": int((calm["peak_torque"] <= self.bound).sum())},
+            **{
+                f"drawn_again_{name}": _sum(condition.rows.drop_duplicates("sample")[column])
+                for name, column in (("on_border", "on_border"), ("for_length", "wrong_length"))
             },
-            "drawn_again_on_border": sum(sample.on_border for sample in self.samples),
-            "drawn_again_for_length": sum(sample.wrong_length for sample in self.samples),
-            "reference": _spread(references),
-            "length": _spread([float(np.linalg.norm(sample.displacement)) for sample in self.samples]),
-            "duration": _spread([sample.duration for sample in self.samples]),
-            "endings": {law: self._endings(law) for law in experiment.laws},
-            "tables": [table.to_dict() for table in self.all_tables()],
-            "correlations": {law: self.correlations(law) for law in experiment.laws},
-            "counterexamples": [each.to_dict() for each in self.counterexamples],
+            "reference": _spread(motions["reference"]),
+            "length": _spread(motions["path_length"]),
+            "duration": _spread(motions["duration"]),
+            "wall_time": _spread(condition.rows["wall_time"]),
+            "endings": {law: self._endings(law) for law in self.laws},
+            "tables": [self.table(law, threshold).to_dict() for threshold in THRESHOLDS for law in self.laws],
+            "association": {law: self.table(law).association() for law in self.laws},
+            "correlations": {law: self.correlations(law) for law in self.laws},
+            "minor_measure": self.minor_measure(),
         }
 
     def _endings(self, law: str) -> dict[str, int]:
-        endings = [each.status for each in self.outcomes(law)]
-        return {status: endings.count(status) for status in sorted(set(endings))}
-
-    def _decided(self) -> Iterator[tuple[SampleOutcome, Outcome]]:
-        for sample in self.samples:
-            if sample.reference is not None:
-                for outcome in sample.outcomes:
-                    yield sample, outcome
+        counts = self.of(law)["status"].value_counts()
+        return {status: int(counts[status]) for status in sorted(counts.index)}
 
 
-def _kind(outcome: Outcome, threshold: float) -> str | None:
-    burst = outcome.exploded(threshold)
-    if outcome.aspect_preserved == burst:
-        return EXPLODED_INSIDE if burst else LEFT_AND_CALM
-    return None
+def exploded(rows: pd.DataFrame, threshold: float) -> NDArray[np.bool_]:
+    """Return which runs ended early or have a peak torque of more than a threshold times their reference."""
+    burst: NDArray[np.bool_] = ((rows["status"] != "finished") | (rows["ratio"] > threshold)).to_numpy(dtype=bool)
+    return burst
 
 
-def _calm_up_to(outcome: Outcome) -> float:
-    """Return the lowest of `THRESHOLDS` at which the outcome is calm."""
-    return min((threshold for threshold in THRESHOLDS if not outcome.exploded(threshold)), default=np.inf)
+def _counterexample(kind: str, row: dict[str, Any]) -> Counterexample:
+    kept = ("row", "scenario", "sample", "law", "point", "dt", "reference", "peak_torque", "margin", "sign_changes")
+    return Counterexample(kind=kind, status=row["status"], **{name: row[name] for name in kept})
 
 
-def _spread(values: Sequence[float]) -> dict[str, float] | None:
-    if not values:
+def _spread(values: pd.Series[float]) -> dict[str, float] | None:
+    values = values.dropna()
+    if not len(values):
         return None
-    return {"min": float(min(values)), "median": float(np.median(values)), "max": float(max(values))}
+    return {
+        "min": float(values.min()),
+        "median": float(values.median()),
+        "mean": float(values.mean()),
+        "max": float(values.max()),
+    }
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _sum(values: Iterable[float]) -> int:
+    return int(np.nansum(np.asarray(values, dtype=np.float64)))

@@ -25,14 +25,14 @@ def hypothesis_figure(result: HypothesisResult, title: str = "") -> Any:
     """
     from matplotlib.figure import Figure
 
-    laws = result.experiment.laws
+    laws = result.laws
     with style():
         figure: Any = Figure(figsize=(10.0, 5.6 + 0.62 * len(laws)), layout="constrained")
         bars, scatter = figure.subfigures(2, 1, height_ratios=(1.2 + 0.62 * len(laws), 4.4))
         _draw_bars(bars.subplots(), result)
         panels = scatter.subplots(1, 2, sharey=True)
-        _draw_scatter(panels[0], result, "self_motion", r"largest self-motion $\Vert\dot\theta_H\Vert$ (rad/s)")
-        if any(result.outcomes(law) for law in laws):
+        _draw_scatter(panels[0], result, "self_motion_max", r"largest self-motion $\Vert\dot\theta_H\Vert$ (rad/s)")
+        if len(result.rows):
             panels[0].set_xscale("log")
         _draw_scatter(panels[1], result, "margin", "smallest normalised minor; left of 0: aspect left")
         panels[1].axvline(0.0, color="black", linewidth=0.8)
@@ -45,7 +45,7 @@ def hypothesis_figure(result: HypothesisResult, title: str = "") -> Any:
 def _draw_bars(axes: Any, result: HypothesisResult) -> None:
     """Draw the shares of calm and exploded runs among those that kept and those that left their aspect."""
     labels, heights = [], []
-    for place, law in enumerate(result.experiment.laws):
+    for place, law in enumerate(result.laws):
         table = result.table(law)
         for kept, calm, share, offset in (
             ("kept", table.kept_calm, table.exploded_if_kept, -0.2),
@@ -63,20 +63,21 @@ def _draw_bars(axes: Any, result: HypothesisResult) -> None:
             axes.text(0.01, height, f"{calm} calm", va="center", fontsize=9.5)
             axes.text(1.01, height, f"{share.count} exploded", va="center", fontsize=9.5)
     axes.set_yticks(heights, labels)
-    axes.set(xlim=(0.0, 1.18), ylim=(len(result.experiment.laws) - 0.5, -0.5))
+    axes.set(xlim=(0.0, 1.18), ylim=(len(result.laws) - 0.5, -0.5))
     axes.set_xticks(np.linspace(0.0, 1.0, 6), [f"{100 * share:.0f} %" for share in np.linspace(0.0, 1.0, 6)])
     axes.grid(visible=False, axis="y")
     axes.set_title(f"share of runs: calm, exploded (beyond {THRESHOLD:g} times the reference); line: 95 % interval")
 
 
 def _draw_scatter(axes: Any, result: HypothesisResult, measure: str, label: str) -> None:
-    for place, law in enumerate(result.experiment.laws):
+    for place, law in enumerate(result.laws):
         hollow = law == ABLATION
         colour = "black" if hollow else COLOURS[place % len(COLOURS)]
-        picked = result.outcomes(law)
+        picked = result.of(law)
         axes.plot(
-            [getattr(each, measure) for each in picked],
-            [each.peak_ratio for each in picked],
+            picked[measure],
+            picked["ratio"],
+            rasterized=True,
             linestyle="none",
             marker=_MARKERS[place % len(_MARKERS)],
             markersize=4.5 if hollow else 4.0,
@@ -87,8 +88,7 @@ def _draw_scatter(axes: Any, result: HypothesisResult, measure: str, label: str)
             color=colour,
             label=law_label(law),
         )
-    ratios = [each.peak_ratio or 1.0 for law in result.experiment.laws for each in result.outcomes(law)]
-    axes.set_ylim(0.8, 1.5 * max(10.0 * THRESHOLD, *ratios, 1.0))
+    axes.set_ylim(0.8, 1.5 * max(10.0 * THRESHOLD, result.rows["ratio"].max() if len(result.rows) else 0.0))
     axes.axhline(THRESHOLD, color="black", linewidth=0.8)
     axes.set_yscale("log")
     axes.set_xlabel(label)

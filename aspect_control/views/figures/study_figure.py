@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...studies.hypothesis import Proportion
+from ...studies.proportion import Proportion
 from ...studies.study_summary import THRESHOLD, study_summary, varying_keys
 from ..style import COLOURS, law_name, plain_text, style
 

@@ -1,265 +1,188 @@
-"""The test of the paper's hypothesis on random motions, as Markdown."""
+"""The hypothesis on random motions in Markdown: a report of studies, and a page whose figures are filled in."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from string import Template
 from typing import Any
 
-from ...studies.hypothesis import (
-    EXPLODED_INSIDE,
-    LEFT_AND_CALM,
-    THRESHOLD,
-    THRESHOLDS,
-    Counterexample,
-    HypothesisResult,
-    Proportion,
+from ...exceptions import StudyError
+from ...studies.hypothesis import THRESHOLD
+from .hypothesis_tables import (
+    Condition,
+    arms_table,
+    association_table,
+    correlation_table,
+    cost_table,
+    counterexample_table,
+    counts_table,
+    label,
+    share_table,
+    sources_table,
+    table_of,
+    threshold_table,
 )
-from .markdown import markdown_table
+from .hypothesis_verdict import hypothesis_verdict, verdict_on_settings
 
-MEASURE_NAMES = {
-    "margin": "smallest normalised minor, negative if the aspect was left",
-    "manipulability": "smallest manipulability w",
-    "self_motion": "largest ‖θ̇_H‖",
-}
+MANY_MOTIONS = 1e7
+"""Number of motions that the cost is told of."""
 
 
-def hypothesis_report(result: HypothesisResult) -> str:
-    """Return what the random motions say, with tables, as Markdown."""
-    experiment, found = result.experiment, result.to_dict()
-    interrupted = "" if len(result.samples) == result.requested else f" of {result.requested} that were asked for"
-    lines = [
-        f"# Random motions: {experiment.name}",
-        "",
-        f"{len(result.samples)} samples{interrupted}, seed {experiment.seed}, dt = {experiment.dt:g} s. Lines of "
-        f"{_range(found['length'], 'm')}, in {_range(found['duration'], 's')}. Drawn again: "
-        f"{found['drawn_again_on_border']} starts on a border, {found['drawn_again_for_length']} pairs of postures too "
-        f"near or too far apart. Left out, since no law finished: {len(result.undecided)}. Reference, the least peak "
-        f"torque on a sample: {_range(found['reference'], 'N m')}; on {len(result.demanding)} samples it is more than "
-        f"{THRESHOLD:g} times its median, so that no law is calm there but in comparison.",
-        "",
-        "## Aspect and torque",
-        "",
-        f"Exploded: ended early, or a peak torque of more than {THRESHOLD:g} times the reference. In brackets 95 % "
-        "confidence intervals (Wilson).",
-        "",
-        *markdown_table(
-            (
-                "law",
-                "kept, calm",
-                "kept, exploded",
-                "left, calm",
-                "left, exploded",
-                "P(exploded given kept)",
-                "P(exploded given left)",
-                "P(calm given left)",
-            ),
-            [_counts(result, law) for law in experiment.laws],
-        ),
-        "",
-        "Association of leaving and exploding; the odds ratio is the conditional one with its exact 95 % interval, p "
-        "is Fisher's, two-sided. The last column counts the exploded runs whose torque passed the threshold before any "
-        "minor had changed sign.",
-        "",
-        *markdown_table(
-            ("law", "risk difference", "odds ratio", "p", "exploded while still inside"),
-            [_association(result, law) for law in experiment.laws],
-        ),
-        "",
-        f"![aspect and torque on random motions of {experiment.name}](hypothesis.png)",
-        "",
-        "## Verdict",
-        "",
-        *hypothesis_verdict(result),
-        "",
-        "## Other thresholds",
-        "",
-        "P(calm given left) / P(exploded given kept), by the peak torque over the reference from which a run counts as "
-        "exploded:",
-        "",
-        *markdown_table(
-            ("law", *(f"{threshold:g}" for threshold in THRESHOLDS)),
-            [(law, *(_sensitivity(result, law, threshold) for threshold in THRESHOLDS)) for law in experiment.laws],
-        ),
-        "",
-        "## How runs ended",
-        "",
-        *[
-            f"- {law}: " + ", ".join(f"{n} {status}" for status, n in found["endings"][law].items())
-            for law in experiment.laws
-        ],
-        "",
-        "## What the torque goes with",
-        "",
-        "Spearman's rank correlation across the samples of the peak torque over the reference / of the peak torque "
-        "itself with:",
-        "",
-        *markdown_table(
-            ("law", *MEASURE_NAMES.values()),
-            [(law, *_correlations(result, law)) for law in experiment.laws],
-        ),
-        "",
-        "## Counterexamples",
-        "",
-        *_counterexamples(result),
-        "",
-    ]
-    return "\n".join(lines)
+def hypothesis_fields(found: dict[str, Any]) -> dict[str, str]:
+    """Return the parts of a page about the hypothesis that follow from what was measured, as Markdown by name.
+
+    Args:
+        found: What `studies.hypothesis.evidence` returns, or what was read of its JSON.
+
+    Returns:
+        `verdict`, `arms`, `counts`, `calm_if_left`, `exploded_if_kept`, `association`, `thresholds`, `correlations`,
+        `counterexamples`, `settings` (verdict and tables), `endings`, `cost` and `sources`; `motions` and `runs`, the
+        numbers of both in all sources together, and `threshold`.
+    """
+    arms = [each for each in found["conditions"] if not each["setting"]]
+    settings = [each for each in found["conditions"] if each["setting"]]
+    blocks = {
+        "verdict": hypothesis_verdict(arms),
+        "arms": arms_table(arms),
+        "counts": counts_table(arms),
+        "calm_if_left": share_table(arms, "calm_if_left", "arm"),
+        "exploded_if_kept": share_table(arms, "exploded_if_kept", "arm"),
+        "association": association_table(arms),
+        "thresholds": threshold_table(arms, found["thresholds"]),
+        "correlations": correlation_table(arms),
+        "counterexamples": counterexample_table(found["counterexamples"]) if found["counterexamples"] else ["None."],
+        "settings": _settings(settings),
+        "endings": _endings(arms),
+        "cost": cost_table(arms or settings, MANY_MOTIONS),
+        "sources": sources_table(found["sources"]),
+    }
+    return {
+        **{name: "\n".join(lines) for name, lines in blocks.items()},
+        "motions": f"{sum(each['samples'] for each in found['conditions']):,}",
+        "runs": f"{sum(each['rows'] for each in found['sources']):,}",
+        "threshold": f"{found['threshold']:g}",
+    }
 
 
-def hypothesis_verdict(result: HypothesisResult) -> list[str]:
-    """Return what the counts say about either direction of the hypothesis, as lines of Markdown."""
-    tables = [result.table(law) for law in result.experiment.laws]
-    left, left_calm = sum(table.left for table in tables), sum(table.left_calm for table in tables)
-    kept, burst = sum(table.kept for table in tables), sum(table.kept_exploded for table in tables)
-    laws = [table.law for table in tables if table.left_calm]
-    strict = sum(result.table(law, THRESHOLDS[0]).left_calm for law in result.experiment.laws)
-    below = sum(each.peak_torque <= result.bound for each in result.left_and_calm())
-    lines = []
-    if left_calm:
-        lines.append(
-            f"- Necessary for a calm torque? No: {left_calm} of {left} runs that left their aspect stayed calm "
-            f"({', '.join(laws)}), {strict} of them within {THRESHOLDS[0]:g} times the reference and {below} below "
-            f"{THRESHOLD:g} times the median reference of all samples."
-        )
-    elif left:
-        lines.append(f"- Necessary for a calm torque? Nothing here contradicts it: all {left} runs that left exploded.")
-    else:
-        lines.append("- Necessary for a calm torque? No run left its aspect, so that nothing can be said.")
-    if burst:
-        lines.append(
-            f"- Sufficient? No: {burst} of {kept} runs that kept their aspect exploded "
-            f"({', '.join(table.law for table in tables if table.kept_exploded)})."
-        )
-    elif kept:
-        lines.append(f"- Sufficient? Nothing here contradicts it: none of the {kept} runs that kept it exploded.")
-    else:
-        lines.append("- Sufficient? No run kept its aspect, so that nothing can be said.")
-    exploded = sum(table.exploded_inside.total for table in tables)
-    if exploded:
-        inside = sum(table.exploded_inside.count for table in tables)
-        lines.append(
-            f"- Which comes first? In {inside} of {exploded} runs that exploded the torque passed the threshold before "
-            "any minor had changed sign."
-        )
+def filled_page(template: str, fields: dict[str, str], source: str = "the template") -> str:
+    """Return a page with its fields, such as `${verdict}`, filled in; `$$` stands for a dollar sign.
+
+    Args:
+        template: The text.
+        fields: What is filled in, such as what `hypothesis_fields` returns.
+        source: What the text is called in errors.
+
+    Raises:
+        StudyError: If it asks for a field that there is not.
+    """
+    try:
+        return Template(template).substitute(fields)
+    except KeyError as error:
+        raise StudyError(f"{source} asks for the field {error}; there are {', '.join(sorted(fields))}") from None
+    except ValueError as error:
+        raise StudyError(f"{source}: {error}; a dollar sign is written $$") from None
+
+
+def hypothesis_report(found: dict[str, Any], figures: Sequence[str] = ()) -> str:
+    """Return what random motions say about the hypothesis, with tables, as Markdown.
+
+    Args:
+        found: What `studies.hypothesis.evidence` returns.
+        figures: Names of the figures to show, without `.png`; they stand beside the report.
+    """
+    fields = hypothesis_fields(found)
+    arms, settings = (any(bool(each["setting"]) == kind for each in found["conditions"]) for kind in (False, True))
+    parts: list[tuple[str, str]] = []
+    if arms:
+        parts += [
+            ("Verdict", fields["verdict"]),
+            ("What was drawn", f"{_drawn_again(found)}\n\n{fields['arms']}"),
+            ("Aspect and torque", f"{_EXPLODED}\n\n{fields['counts']}\n\n{_ASSOCIATION}\n\n{fields['association']}"),
+            ("Other thresholds", f"{_THRESHOLDS}\n\n{fields['thresholds']}"),
+            ("How runs ended", fields["endings"]),
+            ("What the torque goes with", f"{_CORRELATIONS}\n\n{fields['correlations']}"),
+            ("Counterexamples", f"{_COUNTEREXAMPLES}\n\n{fields['counterexamples']}"),
+        ]
+    if settings:
+        parts.append(("Settings", fields["settings"]))
+    parts += [("Cost", fields["cost"]), ("Sources", fields["sources"])]
+    if figures:
+        parts.append(("Figures", "\n\n".join(f"![{name}]({name}.png)" for name in figures)))
+    text = [line for title, body in parts for line in (f"## {title}", "", body, "")]
+    title = ", ".join(dict.fromkeys(each["scenario"] for each in found["conditions"]))
+    return "\n".join([f"# Random motions: {title}", "", *text])
+
+
+_EXPLODED = (
+    f"Exploded: ended early, or a peak torque of more than {THRESHOLD:g} times the reference, the least peak torque of "
+    "the laws that finish the motion. In brackets 95 % confidence intervals (Wilson)."
+)
+_ASSOCIATION = (
+    "Association of leaving and exploding; the odds ratio is the conditional one with its exact 95 % interval, p is "
+    "Fisher's, two-sided. The last column counts the exploded runs whose torque passed the threshold before any minor "
+    "had changed sign."
+)
+_THRESHOLDS = (
+    "P(calm given left) / P(exploded given kept), by the peak torque over the reference from which a run counts as "
+    "exploded:"
+)
+_CORRELATIONS = (
+    "Spearman's rank correlation across the motions of the peak torque over the reference / of the peak torque itself "
+    "with:"
+)
+_COUNTEREXAMPLES = (
+    "The clearest of each law and kind: of the calm runs those that went farthest beyond the border, in parts of the "
+    "minor's scale; of the exploded ones those with the largest torque. The last two columns are the same run at a "
+    "quarter of the sampling time, held against the same reference. `Study.record(scenario, sample, law)` makes each "
+    "again."
+)
+_SETTINGS = "One thing is changed at a time. P(exploded given left) is 1 less P(calm given left)."
+
+
+def hypothesis_rows(condition: Condition) -> list[tuple[str, ...]]:
+    """Return the table of aspect and torque for the screen: law, four counts, share of calm runs that left."""
+    rows = []
+    for law in condition["laws"]:
+        table = table_of(condition, law)
+        calm = table["calm_if_left"]["value"]
+        counts = (table[name] for name in ("kept_calm", "kept_exploded", "left_calm", "left_exploded"))
+        rows.append((law, *map(str, counts), "–" if calm is None else f"{100.0 * calm:.0f} %"))
+    return rows
+
+
+def _settings(settings: list[Condition]) -> list[str]:
+    if not settings:
+        return ["None."]
+    lines = [_SETTINGS, ""]
+    for scenario in dict.fromkeys(each["scenario"] for each in settings):
+        mine = [each for each in settings if each["scenario"] == scenario]
+        sizes = sorted({each["samples"] for each in mine})
+        motions = f"{sizes[0]:,}" if len(sizes) == 1 else f"{sizes[0]:,} to {sizes[-1]:,}"
+        lines += [f"{scenario}, {motions} motions a setting. {verdict_on_settings(mine)[0]}", ""]
+        lines += verdict_on_settings(mine)[2:]
+        for name, words in (("calm_if_left", "P(calm given left)"), ("exploded_if_kept", "P(exploded given kept)")):
+            lines += ["", f"{words}:", "", *share_table(mine, name, "setting")]
     return lines
 
 
-def _counts(result: HypothesisResult, law: str) -> tuple[str, ...]:
-    table = result.table(law)
-    return (
-        law,
-        *(str(n) for n in (table.kept_calm, table.kept_exploded, table.left_calm, table.left_exploded)),
-        *(share(each) for each in (table.exploded_if_kept, table.exploded_if_left, table.calm_if_left)),
-    )
-
-
-def _association(result: HypothesisResult, law: str) -> tuple[str, ...]:
-    table = result.table(law)
-    ratio, p, difference = table.odds_ratio, table.fisher_p, table.risk_difference
-    return (
-        law,
-        "" if difference is None else f"{difference:+.2f}",
-        "" if ratio is None else f"{_number(ratio[0])} [{_number(ratio[1])}, {_number(ratio[2])}]",
-        "" if p is None else f"{p:.2g}",
-        f"{table.exploded_inside.count} of {table.exploded_inside.total}",
-    )
-
-
-def _sensitivity(result: HypothesisResult, law: str, threshold: float) -> str:
-    table = result.table(law, threshold)
-    return " / ".join(
-        "–" if each.value is None else f"{each.value:.2f}" for each in (table.calm_if_left, table.exploded_if_kept)
-    )
-
-
-def _correlations(result: HypothesisResult, law: str) -> list[str]:
-    found = result.correlations(law)
+def _endings(arms: list[Condition]) -> list[str]:
     return [
-        " / ".join(
-            "–" if value is None else f"{value:+.2f}"
-            for value in (found["peak_ratio"][name], found["peak_torque"][name])
-        )
-        for name in MEASURE_NAMES
+        f"- {label(each)}, {law}: " + ", ".join(f"{n:,} {status}" for status, n in each["endings"][law].items())
+        for each in arms
+        for law in each["laws"]
     ]
 
 
-def _counterexamples(result: HypothesisResult) -> list[str]:
-    if not result.counterexamples:
-        found = result.clearest()
-        return ["Interrupted before they were run again and saved." if found else "None."]
-    words = {LEFT_AND_CALM: "left, calm", EXPLODED_INSIDE: "kept, exploded"}
-    experiment = result.experiment
-    return [
-        "The clearest of each law and kind: of the calm runs those that went farthest beyond the border, as a part of "
-        "the minor's scale; of the exploded ones those with the largest torque. The last two columns are the same run "
-        "at a quarter of the sampling time. Each is a file in `counterexamples/`, for `aspect-control replay`, and is "
-        "made again by",
-        "",
-        "```python",
-        "from aspect_control.studies.hypothesis import Experiment",
-        "from aspect_control.scenario import load_scenario",
-        "",
-        f'experiment = Experiment.of("{experiment.name}", load_scenario("{experiment.name}"), '
-        f"seed={experiment.seed}, dt={experiment.dt:g})",
-        f'run = experiment.run({result.counterexamples[0].index}, "{result.counterexamples[0].outcome.law}")',
-        "```",
-        "",
-        *markdown_table(
-            (
-                "kind",
-                "law",
-                "index",
-                "torque ratio",
-                "beyond the border",
-                "sign changes",
-                "ratio at dt/4",
-                "holds there",
-            ),
-            [_counterexample(each, words[each.kind]) for each in result.counterexamples],
-        ),
-    ]
-
-
-def _counterexample(each: Counterexample, kind: str) -> tuple[str, ...]:
-    found, finer = each.outcome, each.finer
+def _drawn_again(found: dict[str, Any]) -> str:
+    arms = [each for each in found["conditions"] if not each["setting"]]
+    border, length = (sum(each[f"drawn_again_{name}"] for each in arms) for name in ("on_border", "for_length"))
+    demanding = sum(len(each["demanding"]) for each in arms)
+    seeds = ", ".join(dict.fromkeys(str(each["seed"]) for each in arms))
+    times = ", ".join(dict.fromkeys(f"{each['dt']:g}" for each in arms))
+    missing = sum(each["runs"] - each["rows"] for each in found["sources"])
+    interrupted = f" Interrupted: {missing:,} runs are not there yet." if missing else ""
     return (
-        kind,
-        found.law,
-        str(each.index),
-        _ratio(found),
-        f"{max(0.0, -found.margin):.2f}",
-        str(found.sign_changes),
-        "" if finer is None else _ratio(finer),
-        "" if each.holds is None else "yes" if each.holds else "no",
+        f"Seed {seeds}, dt = {times} s. Drawn again: {border:,} starts on a border, {length:,} sets of postures too "
+        f"near to each other or too far apart. On {demanding:,} of them even the least peak torque is more than "
+        f"{THRESHOLD:g} times the median of the arm, so that no law is calm there but in comparison.{interrupted}"
     )
-
-
-def _ratio(outcome: Any) -> str:
-    return f"{outcome.peak_ratio:,.2f}" + ("" if outcome.status == "finished" else f", {outcome.status}")
-
-
-def share(each: Proportion) -> str:
-    """Write a proportion with its interval, such as `0.25 [0.18, 0.33]`; a dash for that of no runs."""
-    return "–" if each.value is None else f"{each.value:.2f} [{each.low:.2f}, {each.high:.2f}]"
-
-
-def _range(spread: dict[str, float] | None, unit: str) -> str:
-    if spread is None:
-        return "none"
-    return f"{spread['min']:.3g} to {spread['max']:.3g} {unit} (median {spread['median']:.3g})"
-
-
-def _number(value: float) -> str:
-    return "∞" if value == float("inf") else f"{value:.3g}"
-
-
-def hypothesis_rows(result: HypothesisResult) -> list[tuple[str, ...]]:
-    """Return the table of aspect and torque for the screen: law, four counts, share of calm runs that left."""
-    tables = [result.table(law) for law in result.experiment.laws]
-    return [
-        (
-            table.law,
-            *(str(n) for n in (table.kept_calm, table.kept_exploded, table.left_calm, table.left_exploded)),
-            "–" if table.calm_if_left.value is None else f"{100.0 * table.calm_if_left.value:.0f} %",
-        )
-        for table in tables
-    ]

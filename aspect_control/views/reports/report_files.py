@@ -17,6 +17,7 @@ from ..figures.study_figure import grid_figure, study_figure
 from ..figures.survey_figure import survey_figure
 from ..figures.torque_figure import torque_figure
 from .comparison_report import comparison_report
+from .hypothesis_files import write_hypothesis
 from .study_report import study_report
 from .survey_report import survey_report
 
@@ -99,6 +100,7 @@ REPORTS: dict[str, Callable[[Study, pa.Table, Path, Progress], list[str]]] = {
     "summary": write_summary,
     "survey": write_survey,
     "comparison": write_comparison,
+    "hypothesis": write_hypothesis,
 }
 """What writes a report, by the name that it has in a study file."""
 

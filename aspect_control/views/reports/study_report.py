@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from ...studies.study_summary import THRESHOLD, RunsSummary, Spread, study_summary, varying_keys
-from .hypothesis_report import share
-from .markdown import markdown_table
+from .markdown import markdown_table, share
 
 if TYPE_CHECKING:
     import pyarrow as pa

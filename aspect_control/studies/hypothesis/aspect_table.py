@@ -1,51 +1,15 @@
-"""Counts, proportions with their confidence intervals, tests of association and rank correlations."""
+"""Runs by aspect and torque: counts, tests of association and of differences, and rank correlations."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from .outcome import Outcome
-
-
-@dataclass(frozen=True)
-class Proportion:
-    """A share of runs, with the 95 % confidence interval of Wilson.
-
-    Attributes:
-        count: Runs of the kind.
-        total: Runs in all.
-        low: Lower end of the interval.
-        high: Upper end of the interval.
-    """
-
-    count: int
-    total: int
-    low: float
-    high: float
-
-    @property
-    def value(self) -> float | None:
-        """The share; None without runs."""
-        return self.count / self.total if self.total else None
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the proportion as plain numbers, for JSON."""
-        return {**asdict(self), "value": self.value}
-
-
-def proportion(count: int, total: int) -> Proportion:
-    """Return a share with its interval; of no runs nothing is known, so that the interval is 0 to 1."""
-    from scipy.stats import binomtest
-
-    if total == 0:
-        return Proportion(0, 0, 0.0, 1.0)
-    low, high = binomtest(count, total).proportion_ci(0.95, method="wilson")
-    return Proportion(count, total, float(low), float(high))
+from ..proportion import Proportion, proportion
 
 
 @dataclass(frozen=True)
@@ -71,23 +35,26 @@ class AspectTable:
     left_first: int
 
     @classmethod
-    def of(cls, law: str, outcomes: Iterable[Outcome], threshold: float, place: int) -> AspectTable:
-        """Count the outcomes of a law.
+    def of(
+        cls, law: str, threshold: float, kept: NDArray[np.bool_], burst: NDArray[np.bool_], inside: NDArray[np.bool_]
+    ) -> AspectTable:
+        """Count the runs of a law.
 
         Args:
             law: Label of the law.
-            outcomes: Its outcomes, of samples that have a reference.
             threshold: Peak torque over the reference beyond which a run counts as exploded.
-            place: Place of the threshold in `Outcome.exploded_at`.
+            kept: Which runs kept their aspect, shape (k,).
+            burst: Which runs exploded, shape (k,).
+            inside: In which runs the torque passed the threshold before the aspect was left, shape (k,).
         """
-        picked = list(outcomes)
-        counts = {(kept, burst): 0 for kept in (True, False) for burst in (True, False)}
-        for each in picked:
-            counts[each.aspect_preserved, each.exploded(threshold)] += 1
-        pairs = ((each.left_at, each.exploded_at[place]) for each in picked)
-        first = sum(left is not None and at is not None and left <= at for left, at in pairs)
         return cls(
-            law, threshold, counts[True, False], counts[True, True], counts[False, False], counts[False, True], first
+            law,
+            threshold,
+            kept_calm=int((kept & ~burst).sum()),
+            kept_exploded=int((kept & burst).sum()),
+            left_calm=int((~kept & ~burst).sum()),
+            left_exploded=int((~kept & burst).sum()),
+            left_first=int((~kept & burst & ~inside).sum()),
         )
 
     @property
@@ -163,31 +130,58 @@ class AspectTable:
         return bool(matrix.sum(axis=0).all() and matrix.sum(axis=1).all())
 
     def to_dict(self) -> dict[str, Any]:
-        """Return counts and statistics as plain numbers, for JSON; an infinite odds ratio is None."""
-        ratio = self.odds_ratio
+        """Return counts and proportions as plain numbers, for JSON."""
+        counts = ("kept_calm", "kept_exploded", "left_calm", "left_exploded", "left_first")
+        shares = ("exploded_if_kept", "exploded_if_left", "calm_if_left", "exploded_inside")
         return {
             "law": self.law,
             "threshold": self.threshold,
-            "kept_calm": self.kept_calm,
-            "kept_exploded": self.kept_exploded,
-            "left_calm": self.left_calm,
-            "left_exploded": self.left_exploded,
-            "left_first": self.left_first,
-            "exploded_if_kept": self.exploded_if_kept.to_dict(),
-            "exploded_if_left": self.exploded_if_left.to_dict(),
-            "calm_if_left": self.calm_if_left.to_dict(),
-            "exploded_inside": self.exploded_inside.to_dict(),
+            **{name: getattr(self, name) for name in counts},
+            **{name: getattr(self, name).to_dict() for name in shares},
+        }
+
+    def association(self) -> dict[str, Any]:
+        """Return how leaving and exploding go together, as plain numbers for JSON; an infinite odds ratio is None.
+
+        The exact interval takes a second for a table of 10,000 runs.
+        """
+        ratio = self.odds_ratio
+        return {
             "risk_difference": self.risk_difference,
             "odds_ratio": None if ratio is None else [each if math.isfinite(each) else None for each in ratio],
             "fisher_p": self.fisher_p,
         }
 
 
-def rank_correlation(x: Iterable[float], y: Iterable[float]) -> float | None:
+def paired_difference(one: NDArray[np.bool_], other: NDArray[np.bool_]) -> dict[str, Any]:
+    """Compare how often something holds under two laws on the same motions.
+
+    Args:
+        one: Whether it holds under the one, shape (k,).
+        other: Whether it holds under the other, shape (k,).
+
+    Returns:
+        `one` and `other`, the counts; `one_alone` and `other_alone`, the motions on which they differ; and `p` of
+        McNemar's exact test, two-sided, of no difference, None where they never differ.
+    """
+    from scipy.stats import binomtest
+
+    alone, other_alone = int((one & ~other).sum()), int((other & ~one).sum())
+    p = float(binomtest(alone, alone + other_alone).pvalue) if alone + other_alone else None
+    return {
+        "one": int(one.sum()),
+        "other": int(other.sum()),
+        "one_alone": alone,
+        "other_alone": other_alone,
+        "p": p,
+    }
+
+
+def rank_correlation(x: ArrayLike, y: ArrayLike) -> float | None:
     """Return Spearman's rank correlation; None for fewer than three pairs, or if one side is constant."""
     from scipy.stats import spearmanr
 
-    a, b = np.array(list(x)), np.array(list(y))
+    a, b = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
     if len(a) < 3 or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
         return None
     return float(spearmanr(a, b).statistic)

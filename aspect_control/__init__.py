@@ -10,9 +10,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from . import aspects, controllers, criteria, plants, redundancy, simulation, studies, trajectories, views
+    from . import aspects, controllers, criteria, plants, realtime, redundancy, simulation, studies, trajectories, views
     from .arm import Arm, ArmState
     from .exceptions import AspectControlError
+    from .realtime import RealTimeLoop
     from .simulation import Run, simulate
     from .studies.study import Study
     from .trajectories import Circle, Hold, StraightLine, Target, Trajectory, Waypoints
@@ -25,6 +26,7 @@ __all__ = [
     "AspectControlError",
     "Circle",
     "Hold",
+    "RealTimeLoop",
     "Run",
     "StraightLine",
     "Study",
@@ -35,6 +37,7 @@ __all__ = [
     "controllers",
     "criteria",
     "plants",
+    "realtime",
     "redundancy",
     "simulate",
     "simulation",
@@ -47,6 +50,7 @@ __all__ = [
 _HOMES = {
     **dict.fromkeys(("Arm", "ArmState"), "arm"),
     "AspectControlError": "exceptions",
+    "RealTimeLoop": "realtime",
     **dict.fromkeys(("Run", "simulate"), "simulation"),
     "Study": "studies.study",
     **dict.fromkeys(("Circle", "Hold", "StraightLine", "Target", "Trajectory", "Waypoints"), "trajectories"),

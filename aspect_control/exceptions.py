@@ -106,6 +106,10 @@ class WorkerError(AspectControlError):
     """A process that shared the work ended by itself."""
 
 
+class RobotError(AspectControlError):
+    """A robot does not answer, or says something that cannot be."""
+
+
 class OutputError(AspectControlError):
     """A result cannot be written where it was asked for."""
 

@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from queue import Queue
 
 import pytest
 from PIL import Image
@@ -250,3 +251,19 @@ def test_the_two_shell_lines_are_where_ci_looks_for_them():
         line = re.search(rf"<!-- {marker} -->\n```shell\n(.*)\n```", README)[1]
         assert line.startswith("python3 -m venv .venv && .venv/bin/pip install ")
         assert line.endswith(f".venv/bin/{ending}")
+
+
+def test_the_python_examples_of_the_page_on_the_real_time_loop_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    for block in re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "realtime.md").read_text(), re.DOTALL):
+        # A machine that runs the whole suite does not keep up with a watchdog of 20 ms.
+        exec(block.replace("(arm, ready)", "(arm, ready, watchdog=1.0)"), names)  # noqa: S102
+    assert names["run"].status == "finished"
+    assert "deadlines missed" in (printed := capsys.readouterr().out)
+    assert printed.endswith("5.0 ms\n")
+    assert (tmp_path / "run.npz").is_file()
+    targets: Queue[object] = Queue()
+    for each in ([0.1], None):
+        targets.put(each)
+    assert list(names["newest"](targets)) == [[0.1]]

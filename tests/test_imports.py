@@ -14,7 +14,7 @@ from aspect_control import controllers
 PACKAGE = Path(aspect_control.__file__).parent
 FILES = sorted(PACKAGE.rglob("*.py"))
 SOLVERS = {"daqp", "osqp", "qpsolvers", "quadprog", "scipy"}
-HEAVY = {"matplotlib", "meshcat", "mujoco", "numba", "pandas"} | SOLVERS
+HEAVY = {"distributed", "joblib", "matplotlib", "meshcat", "mujoco", "numba", "pandas", "pyarrow", "ruckig"} | SOLVERS
 LONGEST = 300
 
 SHARED = {"checks", "exceptions", "files", "limits", "registry", "resources"}
@@ -28,6 +28,7 @@ MAY_IMPORT = {
     "controllers": {"arm", "criteria", "redundancy", "trajectories"},
     "plants": {"arm", "redundancy"},
     "simulation": {"arm", "controllers", "criteria", "plants", "redundancy", "trajectories"},
+    "realtime": {"arm", "controllers", "redundancy", "simulation", "trajectories"},
     "aspects": {"arm", "criteria", "redundancy"},
     "analysis": {"arm", "aspects", "controllers", "plants", "redundancy", "simulation", "trajectories"},
     "scenario": {"arm", "controllers", "plants", "redundancy", "simulation", "trajectories"},

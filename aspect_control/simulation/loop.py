@@ -145,6 +145,7 @@ def simulate(
         status=end.status,
         message=end.message,
         versions=dict(_versions()),
+        plant=body.name,
     )
     return recorder.run(info, end.error)
 

@@ -47,6 +47,7 @@ class RunInfo:
         status: How the run ended: `"finished"`, or the status of the event that ended it.
         message: The status in words, with the time.
         versions: Versions of Python and of the packages that computed the run.
+        plant: What moved: the name of the plant, or the class of the robot.
     """
 
     controller: str
@@ -58,6 +59,7 @@ class RunInfo:
     status: str
     message: str
     versions: dict[str, str]
+    plant: str = "rigid-body"
 
 
 def write_run(path: str | os.PathLike[str], arrays: dict[str, Array], arm: Arm, info: RunInfo) -> None:

@@ -37,7 +37,6 @@ class StraightLine(PathTrajectory):
             UnknownNameError: If there is no such profile.
         """
         self.displacement = finite_vector("displacement", displacement)
-        self._row = self.displacement[np.newaxis]
         self.duration = positive("duration", duration, "s")
         self._profile = find_profile(profile)
         self.profile = profile
@@ -49,7 +48,7 @@ class StraightLine(PathTrajectory):
 
     def path(self, progress: Progress, task: Task) -> Array:
         """Return the line; see `PathTrajectory.path`."""
-        rows: Array = np.array([progress]).T.dot(self._row)
+        rows: Array = np.array(progress)[:, np.newaxis] * self.displacement
         return rows
 
     def __repr__(self) -> str:

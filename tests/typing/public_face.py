@@ -21,6 +21,17 @@ class OwnLaw(ac.controllers.TaskSpaceController):
         return ac.redundancy.pseudoinverse_torque(state.M, state.nle, state.J, b)
 
 
+class Bench:
+    """A robot of a user's own."""
+
+    def read(self) -> tuple[list[float], list[float]]:
+        """Return q and v."""
+        return [0.1, 0.2, 0.3], [0.0, 0.0, 0.0]
+
+    def write(self, tau: NDArray[np.float64]) -> None:
+        """Take a torque."""
+
+
 def use() -> None:
     """Call the public face."""
     arm = ac.Arm.from_urdf("models/planar3r.urdf", frame="tool", task="xy", gravity=(0, 0, 0))
@@ -43,5 +54,8 @@ def use() -> None:
     assert_type(run, ac.Run)
     assert_type(run.status, str)
     assert_type(run.tracking_error, NDArray[np.float64])
+    loop = ac.RealTimeLoop(Bench(), law, dt=1e-3)
+    assert_type(loop.follow(line), ac.Run)
+    assert_type(loop.timing.tick.p99_9, float)
     run.save("run.npz")
     assert_type(ac.Run.load("run.npz"), ac.Run)

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import Arm
+from ..arm.postures import jacobian, project, sampling_range, task_error, wrap_into_limits
 from ..arm.tasks import TaskValue
 from ..checks import finite_vector, positive, whole_number
 from ..exceptions import NotRedundantError, UnreachableError
 from ..redundancy import Array, aspect_signature, minor_measure, minors, null_space_basis
-from .postures import jacobian, project, sampling_range, task_error, wrap_into_limits
 
 MAX_COUNT = 1_000_000
 """The most postures that are looked for at once."""
@@ -110,8 +110,7 @@ def sample_self_motion(
     x = arm.coordinates.checked("x", x)
     count, seed = whole_number("count", count, 1, MAX_COUNT), whole_number("seed", seed, 0)
     lower, upper = search_box(arm, near, within)
-    widest = sampling_range(arm)
-    low, high = np.where(np.isfinite(lower), lower, widest[0]), np.where(np.isfinite(upper), upper, widest[1])
+    low, high = sampling_range(arm, (lower, upper))
     rng = np.random.default_rng(seed)
     found: list[Array] = []
     centre = None if near is None else project(arm, finite_vector("near", near, arm.nv), x)

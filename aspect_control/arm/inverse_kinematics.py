@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from math import dist
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from ..redundancy import Array
 from .arm import Arm
-from .postures import sampling_range, task_error
+from .postures import sampling_range
 from .tasks import TaskValue
 
 REACHED = 1e-6
 """Task error, m and rad, up to which a task value counts as reached."""
+
+STARTS = 40
+"""Random postures that are tried before a task value counts as out of reach."""
+
+STARTS_AT_LIMITS = 200
+"""The same for a task value that only joint limits keep out of reach."""
 
 Box: TypeAlias = tuple[Array, Array]
 """Smallest and largest joint positions, shapes (nv,), rad; infinite for none."""
@@ -93,40 +101,83 @@ def damped_least_squares(arm: Arm, x: TaskValue, positions: Array, box: Box) -> 
     return nearest
 
 
-def nearest_posture(arm: Arm, x: TaskValue, box: Box, rng: Any, starts: int) -> Nearest:
-    """Return the first posture found with a task value, or the nearest to it of several random starts.
+class PostureSearch:
+    """A search for postures of an arm with given task values, from near ones and from random ones.
 
-    Args:
+    The random ones come from a seed of the search's own: the same searches in the same order find the same postures.
+
+    Attributes:
         arm: The arm.
-        x: Task value.
+        limited: Whether it looks inside the joint limits only; if not, prismatic joints too are free.
         box: Where the joints may be.
-        rng: A `numpy.random.Generator`, for the starts.
-        starts: How many of them, at least one.
     """
-    low, high = sampling_range(arm, box)
-    nearest = damped_least_squares(arm, x, rng.uniform(low, high), box)
-    for _ in range(starts - 1):
-        if nearest.reached:
-            break
-        nearest = min(nearest, damped_least_squares(arm, x, rng.uniform(low, high), box), key=lambda each: each.distance)
-    return nearest
+
+    def __init__(self, arm: Arm, *, joint_limits: bool = True) -> None:
+        """Set the arm, and whether its joint limits count."""
+        self.arm, self.limited = arm, joint_limits
+        self.box: Box = arm.position_limits if joint_limits else (np.full(arm.nv, -np.inf), np.full(arm.nv, np.inf))
+        self._rng = np.random.default_rng(0)
+
+    def near(self, x: TaskValue, *postures: Array) -> Nearest:
+        """Return the nearest posture to a task value on the way from some that are close already, shapes (nv,), rad."""
+        return _nearest(damped_least_squares(self.arm, x, each, self.box) for each in postures)
+
+    def anywhere(self, x: TaskValue, posture: Array, starts: int = STARTS) -> Nearest:
+        """Return the nearest posture on the way from one, or from random ones if that does not lead to the task value.
+
+        Args:
+            x: Task value.
+            posture: Joint positions to begin with, inside the box, shape (nv,), rad.
+            starts: How many random ones.
+        """
+        nearest = self.near(x, posture)
+        if nearest.reached or self._is_too_far(x):
+            return nearest
+        low, high = sampling_range(self.arm, self.box)
+        for _ in range(starts):
+            nearest = _nearest([nearest, self.near(x, self._rng.uniform(low, high))])
+            if nearest.reached:
+                break
+        return nearest
+
+    def decide(self, x: TaskValue, posture: Array) -> tuple[Nearest, bool]:
+        """Return the nearest posture found by all means, and whether joint limits alone keep it from the task value.
+
+        Several joint limits together leave little room for a posture: it is looked for longer where there is one
+        without limits.
+
+        Args:
+            x: Task value.
+            posture: Joint positions to begin with, inside the box, shape (nv,), rad.
+        """
+        nearest = self.anywhere(x, posture)
+        if nearest.reached or not self.limited:
+            return nearest, False
+        if not PostureSearch(self.arm, joint_limits=False).anywhere(x, nearest.positions).reached:
+            return nearest, False
+        nearest = self.anywhere(x, nearest.positions, STARTS_AT_LIMITS)
+        return nearest, not nearest.reached
+
+    def joint_in_the_way(self, nearest: Nearest) -> str | None:
+        """Return the name of the joint that would move on towards the task value if it were not at its limit.
+
+        The one with the largest descent of the squared task error; None if no joint is at a limit of the box.
+        """
+        pull = self.arm.jacobian(self.arm.configuration(nearest.positions)).T @ nearest.error
+        pushed = np.where(_pushed(nearest.positions, pull, self.box), np.abs(pull), 0.0)
+        return self.arm.joint_names[int(pushed.argmax())] if pushed.any() else None
+
+    def _is_too_far(self, x: TaskValue) -> bool:
+        """Return whether all links in a straight line are too short, so that no search is needed."""
+        if not self.limited and self.arm.prismatic.any():
+            return False
+        task = self.arm.coordinates
+        position = x.translation[task.position_axes] if task.has_rotation else x
+        return dist(position.tolist(), self.arm.kinematics.first_joint_in_task) > self.arm.reach + 2.0 * REACHED
 
 
-def joint_in_the_way(arm: Arm, x: TaskValue, positions: Array, box: Box) -> str | None:
-    """Return the name of the joint that would move on towards a task value if it were not at an end of the box.
-
-    Args:
-        arm: The arm.
-        x: Task value.
-        positions: Joint positions θ, shape (nv,), rad: the nearest to the task value that the box allows.
-        box: Where the joints may be.
-
-    Returns:
-        The joint with the largest descent of the squared task error; None if no joint is at such an end.
-    """
-    pull = arm.jacobian(arm.configuration(positions)).T @ task_error(arm, positions, x)
-    pushed = np.where(_pushed(positions, pull, box), np.abs(pull), 0.0)
-    return arm.joint_names[int(pushed.argmax())] if pushed.any() else None
+def _nearest(found: Iterable[Nearest]) -> Nearest:
+    return min(found, key=lambda each: each.distance)
 
 
 def _pushed(positions: Array, step: Array, box: Box) -> Any:

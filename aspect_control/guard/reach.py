@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import Arm
-from ..arm.inverse_kinematics import REACHED, Box, Nearest, damped_least_squares, joint_in_the_way, nearest_posture
+from ..arm.inverse_kinematics import Nearest, PostureSearch
 from ..arm.tasks import TaskValue
 from ..exceptions import ParameterError, ShapeError, shown
 from ..redundancy import Array
@@ -25,11 +25,8 @@ MOST_POINTS = 1000
 _SPEEDS = 25
 """Times at which the speed is looked at for the length of the path."""
 
-_STARTS = 40
-"""Random postures from which one is looked for, before a point counts as out of reach."""
-
-_STARTS_AGAIN = 10
-"""The same for a point next to which one is known already to be out of reach."""
+_STARTS_AT_BORDER = 10
+"""Random postures that are tried for a point next to one out of reach."""
 
 _TIME = 1e-7
 """How exactly the time is found at which a path leaves, as a part of the duration."""
@@ -91,14 +88,35 @@ def check_reach(arm: Arm, trajectory: Trajectory, q0: ArrayLike, *, joint_limits
         raise ShapeError(
             f"the trajectory has {trajectory.task_dim} task coordinates, the arm's task {arm.task} has {arm.task_dim}"
         )
-    search, path = _Search.of(arm, joint_limits), _Path.of(arm, trajectory, q)
+    search, path = PostureSearch(arm, joint_limits=joint_limits), _Path.of(arm, trajectory, q)
     posture = np.clip(arm.positions(q), *search.box)
     for i, t in enumerate(path.times):
-        nearest = search.anywhere(path.at(t), posture)
+        nearest, limited = search.decide(path.at(t), posture)
         if not nearest.reached:
-            return _left(search, path, i, posture, nearest.positions)
+            return _left(search, path, i, posture, nearest, limited)
         posture = nearest.positions
     return Reach(True, None, None, None, 0.0, 0.0, None, f"{arm.name!r} can reach all of the path")
+
+
+def out_of_reach(arm: Arm, x: TaskValue, q: ArrayLike, *, joint_limits: bool = True) -> str | None:
+    """Return in words that a task value is beyond what an arm can reach, or None if it is not.
+
+    Args:
+        arm: The arm.
+        x: Task value: shape (m,), m, or a `pin.SE3` for a task with rotations.
+        q: Joint configuration to look from first, shape (nq,), rad; the nearer, the faster.
+        joint_limits: As for `check_reach`.
+
+    Raises:
+        ShapeError: If x or q has the wrong shape.
+        NonFiniteError: If x or q is not finite.
+    """
+    search, x = PostureSearch(arm, joint_limits=joint_limits), arm.coordinates.checked("x", x)
+    nearest, limited = search.decide(x, np.clip(arm.positions(q), *search.box))
+    if nearest.reached:
+        return None
+    joint = search.joint_in_the_way(nearest) if limited else None
+    return f"the target {_shown(arm, x)} is {_beyond(arm, *_short(arm, nearest), limited, joint)}"
 
 
 class _Path(NamedTuple):
@@ -143,48 +161,7 @@ class _Path(NamedTuple):
         return float(lengths[: times.index(t)].sum() / lengths.sum())
 
 
-class _Search(NamedTuple):
-    """How postures are looked for.
-
-    Attributes:
-        arm: The arm.
-        box: Where the joints may be.
-        rng: Where random starts come from.
-        limited: Whether that is inside the joint limits.
-    """
-
-    arm: Arm
-    box: Box
-    rng: Any
-    limited: bool
-
-    @classmethod
-    def of(cls, arm: Arm, joint_limits: bool) -> _Search:
-        free = np.full(arm.nv, np.inf)
-        box = arm.position_limits if joint_limits else (-free, free)
-        return cls(arm, box, np.random.default_rng(0), joint_limits)
-
-    def near(self, x: TaskValue, *postures: Array) -> Nearest:
-        """Return the nearest posture to a task value on the way from some that are close already."""
-        found = [damped_least_squares(self.arm, x, each, self.box) for each in postures]
-        return min(found, key=lambda each: each.distance)
-
-    def anywhere(self, x: TaskValue, posture: Array, starts: int = _STARTS) -> Nearest:
-        """Return the nearest posture on the way from one, or from random ones if that does not lead there."""
-        nearest = self.near(x, posture)
-        if nearest.reached or self._is_too_far(x):
-            return nearest
-        return min(nearest, nearest_posture(self.arm, x, self.box, self.rng, starts), key=lambda each: each.distance)
-
-    def _is_too_far(self, x: TaskValue) -> bool:
-        """Return whether all links in a straight line are too short, so that no search is needed."""
-        task = self.arm.coordinates
-        position = x.translation[task.position_axes] if task.has_rotation else x
-        distance = np.linalg.norm(position - np.array(self.arm.kinematics.first_joint_in_task))
-        return bool(distance > self.arm.reach + 2.0 * REACHED) and (self.limited or not self.arm.prismatic.any())
-
-
-def _left(search: _Search, path: _Path, first: int, inside: Array, beyond: Array) -> Reach:
+def _left(search: PostureSearch, path: _Path, first: int, inside: Array, beyond: Nearest, limited: bool) -> Reach:
     """Say where and how far a path leaves.
 
     Args:
@@ -192,47 +169,66 @@ def _left(search: _Search, path: _Path, first: int, inside: Array, beyond: Array
         path: The path.
         first: Index of the first time at which it is out of reach.
         inside: A posture at the time before, shape (nv,), rad.
-        beyond: The nearest posture at the first time, shape (nv,), rad.
+        beyond: The nearest posture at the first time.
+        limited: Whether joint limits alone are in the way then.
     """
-    arm, coordinates, times = path.arm, path.arm.coordinates, path.times
-    x = path.at(times[first])
-    limited = search.limited and _Search.of(arm, joint_limits=False).anywhere(x, beyond).reached
-    joint = joint_in_the_way(arm, x, beyond, search.box) if limited else None
-    t = _last_reachable(search, path, (times[first - 1], times[first]), inside, beyond) if first else 0.0
-    point, share, distance, angle, posture = path.at(t), path.share(t), 0.0, 0.0, beyond
-    for time in times[first:]:
-        nearest = search.near(path.at(time), posture)
-        posture = nearest.positions
-        if not nearest.reached:
-            distance = max(distance, float(np.linalg.norm(nearest.error[coordinates.position_rows])))
-            angle = max(angle, float(np.linalg.norm(nearest.error[coordinates.rotation_rows])))
-    where = point.translation if coordinates.has_rotation else point
-    short = [f"{distance:.3g} m"] * (distance > 0.0) + [f"{angle:.3g} rad"] * (angle > 0.0)
-    limits = "" if not limited else " inside its joint limits" + (f": joint {joint!r} is in the way" if joint else "")
+    arm, times = path.arm, path.times
+    joint = search.joint_in_the_way(beyond) if limited else None
+    t = _last_reachable(search, path, (times[first - 1], times[first]), inside, beyond.positions) if first else 0.0
+    point, share = path.at(t), path.share(t)
+    distance, angle = _short(arm, beyond)
+    for time in times[first + 1 :]:
+        beyond = search.near(path.at(time), beyond.positions)
+        if not beyond.reached:
+            distance, angle = map(max, (distance, angle), _short(arm, beyond))
     message = (
-        f"the path leaves the workspace at t = {t:.6g} s, {100.0 * share:.3g} % along it, at "
-        f"({', '.join(f'{each:.4g}' for each in where)}), and goes on to up to {' and '.join(short)} beyond what "
-        f"{arm.name!r} can reach{limits}"
+        f"the path leaves the workspace at t = {t:.6g} s, {100.0 * share:.3g} % along it, at {_shown(arm, point)}; "
+        f"at the worst it is {_beyond(arm, distance, angle, limited, joint)}"
     )
     return Reach(False, t, share, point, distance, angle, joint, message)
 
 
-def _last_reachable(search: _Search, path: _Path, times: tuple[float, float], inside: Array, beyond: Array) -> float:
+def _last_reachable(
+    search: PostureSearch, path: _Path, times: tuple[float, float], inside: Array, beyond: Array
+) -> float:
     """Return the last time at which a path can be reached, between one at which it can and one at which it cannot.
 
-    Postures close to both are enough to go by, until they say that there is none any more; then all are looked at.
+    Postures close by are enough to go by until the time is found; that there is none after it is then looked at again.
     """
-    earlier, later = times
-    first_beyond = later
-    while later - earlier > _TIME * path.trajectory.duration:
-        middle = (earlier + later) / 2.0
-        nearest = search.near(path.at(middle), inside, beyond)
-        if nearest.reached:
-            earlier, inside = middle, nearest.positions
-        else:
-            later, beyond = middle, nearest.positions
-        if later - earlier <= _TIME * path.trajectory.duration and later < first_beyond:
-            nearest = search.anywhere(path.at(later), inside, _STARTS_AGAIN)
+    earlier, end = times
+    shortest = _TIME * path.trajectory.duration
+    while True:
+        later, nearest = end, None
+        while later - earlier > shortest:
+            middle = (earlier + later) / 2.0
+            nearest = search.near(path.at(middle), inside, beyond)
             if nearest.reached:
-                earlier, later, inside = later, first_beyond, nearest.positions
-    return earlier
+                earlier, inside = middle, nearest.positions
+            else:
+                later, beyond = middle, nearest.positions
+        nearest = search.anywhere(path.at(later), inside, _STARTS_AT_BORDER)
+        if later == end or not nearest.reached:
+            return earlier
+        earlier, inside = later, nearest.positions
+
+
+def _short(arm: Arm, nearest: Nearest) -> tuple[float, float]:
+    """Return how far a posture is from the task value, m and rad."""
+    rows = arm.coordinates.position_rows, arm.coordinates.rotation_rows
+    distance, angle = (float(np.linalg.norm(nearest.error[each])) for each in rows)
+    return distance, angle
+
+
+def _beyond(arm: Arm, distance: float, angle: float, limited: bool, joint: str | None) -> str:
+    """Say how far a target is out of reach, and why."""
+    parts = [f"{part:.3g} {unit}" for part, unit in ((distance, "m"), (angle, "rad")) if part > 0.0]
+    limits = " inside its joint limits" if limited else ""
+    return f"{' and '.join(parts)} beyond what {arm.name!r} can reach{limits}" + (
+        f": joint {joint!r} is in the way" if joint else ""
+    )
+
+
+def _shown(arm: Arm, x: TaskValue) -> str:
+    """Return where a task value is, in its position coordinates, m."""
+    position = x.translation if arm.coordinates.has_rotation else x
+    return f"({', '.join(f'{each:.4g}' for each in position)})"

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from math import dist
 from typing import Any, NamedTuple, TypeAlias
 
+import eigenpy
 import numpy as np
 
 from ..redundancy import Array
@@ -34,11 +35,18 @@ _LONGEST_STEP = 1.0
 _SHORTEST_STEP = 1e-9
 """A step that moves no joint farther, rad, is the last."""
 
-_STATIONARY = 0.01
+_STATIONARY = 1e-5
 """Part of the squared task error that a step must be expected to remove, or it is the last."""
 
-_DAMPING = 0.3
+_DAMPING = 0.03
 """Damping as a part of the squared task error."""
+
+
+_OTHERS = 5
+"""Random postures from which the nearest one to a task value out of reach is looked for, too."""
+
+_ROUNDS, _SETTLED = 20, 1e-4
+"""How often damped least squares goes on from where it ended, as long as the distance falls by more than a part."""
 
 
 class Nearest(NamedTuple):
@@ -64,9 +72,10 @@ def damped_least_squares(arm: Arm, x: TaskValue, positions: Array, box: Box) -> 
     """Return the nearest posture to a task value on the way that damped least squares takes from one start.
 
     Δθ = Jᵀ(J Jᵀ + μI)⁻¹e with a damping μ in proportion to eᵀe, so that the steps are short far from the task value and
-    those of Newton's method close to it. Joints stop at the ends of the box, and take no part in a step that pushes
-    them farther. The method of T. Sugihara, "Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt
-    method", IEEE Transactions on Robotics 27 (2011).
+    those of Newton's method close to it; a step that leads away is taken back, and tried again with a larger μ. Joints
+    stop at the ends of the box, and take no part in a step that pushes them farther. The Levenberg-Marquardt method
+    with the damping of T. Sugihara, "Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method",
+    IEEE Transactions on Robotics 27 (2011).
 
     Args:
         arm: The arm.
@@ -77,28 +86,42 @@ def damped_least_squares(arm: Arm, x: TaskValue, positions: Array, box: Box) -> 
     lower, upper = box
     unit = np.eye(arm.task_dim)
     nearest = Nearest(positions, np.zeros(arm.task_dim), np.inf)
+    part = _DAMPING
     for _ in range(_STEPS):
         q = arm.configuration(positions)
         error = arm.coordinates.error(x, arm.task_position(q))
-        squared = float(error @ error)
-        if squared < nearest.distance**2:
-            nearest = Nearest(positions, error, squared**0.5)
+        distance = float(error.dot(error)) ** 0.5
+        if distance < nearest.distance:
+            nearest = Nearest(positions, error, distance)
             if nearest.reached:
                 break
-        J, damping = arm.jacobian(q), (_DAMPING * squared + REACHED**2) * unit
-        step = J.T @ np.linalg.solve(J @ J.T + damping, error)
-        pushed = _pushed(positions, step, box)
-        if pushed.any():
-            J = J * ~pushed
-            step = J.T @ np.linalg.solve(J @ J.T + damping, error)
-        if float(error @ (J @ step)) < _STATIONARY * squared:
-            break
-        longest = float(np.abs(step).max())
-        moved = np.clip(positions + step * min(1.0, _LONGEST_STEP / max(longest, _SHORTEST_STEP)), lower, upper)
-        if np.abs(moved - positions).max() <= _SHORTEST_STEP:
+            J, part = arm.jacobian(q), max(part / 4.0, _DAMPING)
+        else:
+            part *= 4.0
+        positions, error, squared = nearest.positions, nearest.error, nearest.distance**2
+        damping = (part * squared + REACHED**2) * unit
+        free = J
+        step = _damped_step(free, error, damping)
+        moved = _moved(positions, step)
+        if not (lower <= moved).all() or not (moved <= upper).all():
+            free = J * ~_pushed(positions, step, box)
+            step = _damped_step(free, error, damping)
+            moved = np.clip(_moved(positions, step), lower, upper)
+        if error.dot(free.dot(step)) < _STATIONARY * squared or np.abs(moved - positions).max() <= _SHORTEST_STEP:
             break
         positions = moved
     return nearest
+
+
+def _damped_step(J: Array, error: Array, damping: Array) -> Array:
+    step: Array = J.T.dot(eigenpy.LLT(J.dot(J.T) + damping).solve(error).ravel())
+    return step
+
+
+def _moved(positions: Array, step: Array) -> Array:
+    """Return where a step leads, shortened so that no joint moves too far."""
+    longest = float(np.abs(step).max())
+    return positions + (step if longest <= _LONGEST_STEP else step * (_LONGEST_STEP / longest))
 
 
 class PostureSearch:
@@ -157,6 +180,17 @@ class PostureSearch:
             return nearest, False
         nearest = self.anywhere(x, nearest.positions, STARTS_AT_LIMITS)
         return nearest, not nearest.reached
+
+    def settle(self, x: TaskValue, nearest: Nearest) -> Nearest:
+        """Return the posture that is nearest to a task value out of reach, by the way from one and from a few others."""
+        low, high = sampling_range(self.arm, self.box)
+        others = [self.near(x, self._rng.uniform(low, high)) for _ in range(_OTHERS)]
+        nearest = _nearest([nearest, *others])
+        for _ in range(_ROUNDS):
+            before, nearest = nearest, self.near(x, nearest.positions)
+            if nearest.distance > (1.0 - _SETTLED) * before.distance:
+                break
+        return nearest
 
     def joint_in_the_way(self, nearest: Nearest) -> str | None:
         """Return the name of the joint that would move on towards the task value if it were not at its limit.

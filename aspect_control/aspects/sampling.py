@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import Arm
+from ..arm.inverse_kinematics import damped_least_squares
 from ..arm.postures import jacobian, project, sampling_range, task_error, wrap_into_limits
 from ..arm.tasks import TaskValue
 from ..checks import finite_vector, positive, whole_number
@@ -25,6 +26,9 @@ _ATTEMPTS = 30
 
 _HOPELESS = 150
 """Attempts without any success after which the task value counts as out of reach."""
+
+_NEAREST_STARTS = 12
+"""Random postures from which the nearest to a task value out of reach is looked for."""
 
 _TANGENT_STEP = 1.0
 """Longest step along the self-motion from one posture to a next, rad."""
@@ -158,19 +162,9 @@ def search_box(arm: Arm, near: ArrayLike | None, within: float) -> tuple[Array, 
 
 def _out_of_reach(arm: Arm, x: TaskValue, lower: Array, upper: Array, rng: Any) -> str:
     """Say how near the task frame comes to a task value that was not reached."""
-    from scipy.optimize import least_squares
-
-    best = np.inf
-    error = np.full(arm.task_dim, np.inf)
-    for _ in range(12):
-        fit = least_squares(
-            lambda positions: -task_error(arm, positions, x),
-            rng.uniform(lower, upper),
-            jac=lambda positions: jacobian(arm, positions),
-            bounds=(lower, upper),
-        )
-        if fit.cost < best:
-            best, error = fit.cost, task_error(arm, fit.x, x)
+    starts = (rng.uniform(lower, upper) for _ in range(_NEAREST_STARTS))
+    found = [damped_least_squares(arm, x, start, (lower, upper)) for start in starts]
+    error = min(found, key=lambda each: each.distance).error
     rows = arm.coordinates.position_rows, arm.coordinates.rotation_rows
     distances = [
         f"{np.linalg.norm(error[row]):.3g} {unit}" for row, unit in zip(rows, ("m", "rad"), strict=True) if row

@@ -28,7 +28,7 @@ _SPEEDS = 25
 _STARTS_AT_BORDER = 10
 """Random postures that are tried for a point next to one out of reach."""
 
-_TIME = 1e-7
+_TIME = 1e-6
 """How exactly the time is found at which a path leaves, as a part of the duration."""
 
 
@@ -41,9 +41,9 @@ class Reach:
         t: When the path leaves what the arm can reach, s; None if it does not.
         s: How much of the path's length lies before that, 0 to 1; None if it does not leave.
         point: Where it leaves, a task value; None if it does not.
-        distance: How far the arm stays short of the points of the path that were looked at, at the worst, m.
-        angle: The same of the rotations, rad.
-        joint: Name of the joint whose limit is in the way; None if none is, and without joint limits.
+        distance: How far the arm stays short of the path where it stays shortest, m; 0 if the path does not leave.
+        angle: The rotation that it stays short of there, rad.
+        joint: Name of the joint whose limit is in the way where the path leaves; None if none is.
         message: All of it in words.
     """
 
@@ -115,8 +115,9 @@ def out_of_reach(arm: Arm, x: TaskValue, q: ArrayLike, *, joint_limits: bool = T
     nearest, limited = search.decide(x, np.clip(arm.positions(q), *search.box))
     if nearest.reached:
         return None
+    nearest = search.settle(x, nearest)
     joint = search.joint_in_the_way(nearest) if limited else None
-    return f"the target {_shown(arm, x)} is {_beyond(arm, *_short(arm, nearest), limited, joint)}"
+    return f"the target {_shown(arm, x)} is {_beyond(arm, *_short(arm, nearest), limited)}{_at_limit(joint)}"
 
 
 class _Path(NamedTuple):
@@ -147,8 +148,8 @@ class _Path(NamedTuple):
         speeds = np.linalg.norm([target.dx / scale for target in targets], axis=1)
         lengths = np.append(0.0, np.cumsum((speeds[1:] + speeds[:-1]) / 2.0 * np.diff(sampled)))
         count = int(np.ceil(min(lengths[-1] / STEP, MOST_POINTS)))
-        times = np.interp(np.linspace(0.0, lengths[-1], count + 1), lengths, sampled)
-        return cls(arm, trajectory, start, scale, [*times[:-1].tolist(), duration])
+        between = np.interp(np.linspace(0.0, lengths[-1], count + 1)[1:-1], lengths, sampled)
+        return cls(arm, trajectory, start, scale, [0.0, *between.tolist(), duration])
 
     def at(self, t: float) -> TaskValue:
         return self.trajectory.target(t, self.start, self.arm.coordinates).x
@@ -158,7 +159,8 @@ class _Path(NamedTuple):
         times = sorted({*self.times, t})
         steps = [self.arm.coordinates.error(b, a) / self.scale for a, b in pairwise(map(self.at, times))]
         lengths = np.linalg.norm(steps, axis=1)
-        return float(lengths[: times.index(t)].sum() / lengths.sum())
+        before = float(lengths[: times.index(t)].sum())
+        return before / float(lengths.sum()) if before else 0.0
 
 
 def _left(search: PostureSearch, path: _Path, first: int, inside: Array, beyond: Nearest, limited: bool) -> Reach:
@@ -176,14 +178,10 @@ def _left(search: PostureSearch, path: _Path, first: int, inside: Array, beyond:
     joint = search.joint_in_the_way(beyond) if limited else None
     t = _last_reachable(search, path, (times[first - 1], times[first]), inside, beyond.positions) if first else 0.0
     point, share = path.at(t), path.share(t)
-    distance, angle = _short(arm, beyond)
-    for time in times[first + 1 :]:
-        beyond = search.near(path.at(time), beyond.positions)
-        if not beyond.reached:
-            distance, angle = map(max, (distance, angle), _short(arm, beyond))
+    distance, angle = _short(arm, _farthest(search, path, times[first:], beyond))
     message = (
-        f"the path leaves the workspace at t = {t:.6g} s, {100.0 * share:.3g} % along it, at {_shown(arm, point)}; "
-        f"at the worst it is {_beyond(arm, distance, angle, limited, joint)}"
+        f"the path leaves the workspace at t = {t:.6g} s, {100.0 * share:.3g} % along it, at {_shown(arm, point)}"
+        f"{_at_limit(joint)}; at the worst it is {_beyond(arm, distance, angle, limited)}"
     )
     return Reach(False, t, share, point, distance, angle, joint, message)
 
@@ -212,6 +210,26 @@ def _last_reachable(
         earlier, inside = later, nearest.positions
 
 
+def _farthest(search: PostureSearch, path: _Path, times: list[float], beyond: Nearest) -> Nearest:
+    """Return the nearest posture to the path at that of some times at which it is farthest.
+
+    Args:
+        search: How postures are looked for.
+        path: The path.
+        times: When, s.
+        beyond: The nearest posture at the first of them.
+    """
+    found = {times[0]: beyond}
+    for time in times[1:]:
+        found[time] = beyond = search.near(path.at(time), beyond.positions)
+    while True:
+        time = max(found, key=lambda each: found[each].distance)
+        settled = search.settle(path.at(time), found[time])
+        if settled.distance >= 0.99 * found[time].distance:
+            return settled
+        found[time] = settled
+
+
 def _short(arm: Arm, nearest: Nearest) -> tuple[float, float]:
     """Return how far a posture is from the task value, m and rad."""
     rows = arm.coordinates.position_rows, arm.coordinates.rotation_rows
@@ -219,13 +237,16 @@ def _short(arm: Arm, nearest: Nearest) -> tuple[float, float]:
     return distance, angle
 
 
-def _beyond(arm: Arm, distance: float, angle: float, limited: bool, joint: str | None) -> str:
-    """Say how far a target is out of reach, and why."""
+def _beyond(arm: Arm, distance: float, angle: float, limited: bool) -> str:
+    """Say how far a target is out of reach."""
     parts = [f"{part:.3g} {unit}" for part, unit in ((distance, "m"), (angle, "rad")) if part > 0.0]
     limits = " inside its joint limits" if limited else ""
-    return f"{' and '.join(parts)} beyond what {arm.name!r} can reach{limits}" + (
-        f": joint {joint!r} is in the way" if joint else ""
-    )
+    return f"{' and '.join(parts)} beyond what {arm.name!r} can reach{limits}"
+
+
+def _at_limit(joint: str | None) -> str:
+    """Say which joint is in the way."""
+    return f", with joint {joint!r} at its limit" if joint else ""
 
 
 def _shown(arm: Arm, x: TaskValue) -> str:

@@ -182,7 +182,7 @@ class PostureSearch:
         return nearest, not nearest.reached
 
     def settle(self, x: TaskValue, nearest: Nearest) -> Nearest:
-        """Return the posture that is nearest to a task value out of reach, by the way from one and from a few others."""
+        """Return the posture that is nearest to a task value out of reach, on the way from one or a few others."""
         low, high = sampling_range(self.arm, self.box)
         others = [self.near(x, self._rng.uniform(low, high)) for _ in range(_OTHERS)]
         nearest = _nearest([nearest, *others])

@@ -10,9 +10,22 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from . import aspects, controllers, criteria, plants, realtime, redundancy, simulation, studies, trajectories, views
+    from . import (
+        aspects,
+        controllers,
+        criteria,
+        guard,
+        plants,
+        realtime,
+        redundancy,
+        simulation,
+        studies,
+        trajectories,
+        views,
+    )
     from .arm import Arm, ArmState
     from .exceptions import AspectControlError
+    from .guard import Blend, check_reach
     from .realtime import RealTimeLoop
     from .simulation import Run, simulate
     from .studies.study import Study
@@ -24,6 +37,7 @@ __all__ = [
     "Arm",
     "ArmState",
     "AspectControlError",
+    "Blend",
     "Circle",
     "Hold",
     "RealTimeLoop",
@@ -34,8 +48,10 @@ __all__ = [
     "Trajectory",
     "Waypoints",
     "aspects",
+    "check_reach",
     "controllers",
     "criteria",
+    "guard",
     "plants",
     "realtime",
     "redundancy",
@@ -50,6 +66,7 @@ __all__ = [
 _HOMES = {
     **dict.fromkeys(("Arm", "ArmState"), "arm"),
     "AspectControlError": "exceptions",
+    **dict.fromkeys(("Blend", "check_reach"), "guard"),
     "RealTimeLoop": "realtime",
     **dict.fromkeys(("Run", "simulate"), "simulation"),
     "Study": "studies.study",

@@ -1,6 +1,5 @@
 """A study of a second, and what the tests of studies share."""
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -64,11 +63,3 @@ def processes_of(session):
             if int(owner) == session and state != "Z":
                 found.append(int(entry.name))
     return found
-
-
-def is_alive(process):
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    return True

@@ -12,7 +12,6 @@ from ..checks import file_path
 from ..exceptions import DamagedShardWarning, OutputError, StudyError
 from ..files import atomic_path, output_folder, write_text
 from .definition import define
-from .identity import identity
 from .rows import ERROR
 from .study import Study
 
@@ -118,7 +117,7 @@ def record_of(study: Study) -> dict[str, Any]:
         "hash": study.hash,
         "runs": study.runs,
         "definition": {**definition, "folder": str(study.definition.folder.resolve())},
-        "identity": identity(study),
+        "identity": study.identity,
     }
 
 

@@ -37,7 +37,8 @@ class Study:
         name: What the study is called.
         scenarios: The scenarios by name, with the laws of the study.
         points: What each grid point changes in them.
-        hash: SHA-256 of all that decides what the runs come to: the definition, the scenarios and the robots.
+        identity: All that decides what the runs come to, as plain data.
+        hash: SHA-256 of it: the definition, the scenarios and the robots.
     """
 
     def __init__(self, definition: StudyDefinition | Mapping[str, Any], name: str = "study") -> None:
@@ -55,7 +56,8 @@ class Study:
         self.name = name
         self.scenarios = self.definition.load_scenarios()
         self.points = self.definition.points()
-        self.hash = digest(identity(self))
+        self.identity = identity(self)
+        self.hash = digest(self.identity)
 
     @classmethod
     def load(cls, path: str | Path) -> Study:
@@ -248,8 +250,7 @@ class Study:
         """
         for scenario in self.scenarios:
             for point in range(len(self.points)):
-                self._build(scenario, point)
-                self._draw(scenario, 0, point)
+                self.motion(scenario, 0, point)
 
     @cached_property
     def _cases(self) -> dict[str, list[Case]]:

@@ -33,9 +33,8 @@ def built(monkeypatch):
         ["run", "planar3r", *QUICK, *SHORT, "--live", "--port", "0"],
         ["atlas", "planar3r", *QUICK, "--resolution", "10"],
         ["start", "planar3r"],
-        ["hypothesis", "planar3r", "--samples", "1", "--dt", "0.02", "--workers", "1"],
     ],
-    ids=["run", "run --live", "atlas", "start", "hypothesis"],
+    ids=["run", "run --live", "atlas", "start"],
 )
 def test_a_command_builds_the_arm_of_its_scenario_once(tmp_path, monkeypatch, built, command):
     monkeypatch.setattr(LiveView, "wait_for_viewer", lambda self: None)

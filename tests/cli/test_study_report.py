@@ -1,6 +1,7 @@
 """`aspect-control study report`: what it writes, and what it says of a folder that holds no study."""
 
 import re
+from typing import get_args
 
 import pytest
 from typer.testing import CliRunner
@@ -8,6 +9,8 @@ from typer.testing import CliRunner
 from aspect_control.cli.commands import app
 from aspect_control.exceptions import AspectControlError
 from aspect_control.studies import Study
+from aspect_control.studies.definition import StudyDefinition
+from aspect_control.views.reports.report_files import REPORTS
 
 DEFINITION = {
     "description": "Two laws, coarsely sampled.",
@@ -71,12 +74,13 @@ def test_a_folder_without_a_study_is_an_error_that_says_so(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_report_that_does_not_exist_is_an_error_that_lists_those_that_do(tmp_path):
-    Study({**DEFINITION, "motions": {}, "grid": [{"simulation.dt": [0.1]}], "report": "nonsense"}, "small").run(
-        tmp_path
-    )
-    with pytest.raises(AspectControlError, match="unknown report 'nonsense' in small: available: 'summary', 'survey'"):
-        app(["study", "report", str(tmp_path)], standalone_mode=False)
+def test_a_report_that_does_not_exist_is_refused_before_the_first_run():
+    with pytest.raises(AspectControlError, match="report: Input should be 'summary', 'hypothesis', 'survey' or 'comp"):
+        Study({**DEFINITION, "report": "nonsense"}, "small")
+
+
+def test_every_report_that_a_study_may_ask_for_has_a_writer():
+    assert set(get_args(StudyDefinition.model_fields["report"].annotation)) == set(REPORTS)
 
 
 def test_the_survey_can_be_reported_again_from_its_folder(tmp_path):

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from . import aspects, controllers, criteria, plants, realtime, redundancy, simulation, studies, trajectories, views
     from .arm import Arm, ArmState
     from .exceptions import AspectControlError
+    from .guard import Guard
     from .realtime import RealTimeLoop
     from .simulation import Run, simulate
     from .studies.study import Study
@@ -25,6 +26,7 @@ __all__ = [
     "ArmState",
     "AspectControlError",
     "Circle",
+    "Guard",
     "Hold",
     "RealTimeLoop",
     "Run",
@@ -50,6 +52,7 @@ __all__ = [
 _HOMES = {
     **dict.fromkeys(("Arm", "ArmState"), "arm"),
     "AspectControlError": "exceptions",
+    "Guard": "guard",
     "RealTimeLoop": "realtime",
     **dict.fromkeys(("Run", "simulate"), "simulation"),
     "Study": "studies.study",

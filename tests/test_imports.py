@@ -26,13 +26,15 @@ MAY_IMPORT = {
     "criteria": {"arm", "redundancy"},
     "trajectories": {"arm", "redundancy"},
     "controllers": {"arm", "criteria", "redundancy", "trajectories"},
+    "guard": {"arm", "controllers", "redundancy", "trajectories"},
     "plants": {"arm", "redundancy"},
-    "simulation": {"arm", "controllers", "criteria", "plants", "redundancy", "trajectories"},
+    "simulation": {"arm", "controllers", "criteria", "guard", "plants", "redundancy", "trajectories"},
     "realtime": {"arm", "controllers", "redundancy", "simulation", "trajectories"},
     "aspects": {"arm", "criteria", "redundancy"},
     "analysis": {"arm", "aspects", "controllers", "plants", "redundancy", "simulation", "trajectories"},
-    "scenario": {"arm", "controllers", "plants", "redundancy", "simulation", "trajectories"},
-    "studies": {"analysis", "arm", "controllers", "redundancy", "scenario", "simulation", "trajectories"},
+    "scenario": {"arm", "controllers", "guard", "plants", "redundancy", "simulation", "trajectories"},
+    "studies": {"analysis", "arm", "controllers", "guard", "plants", "redundancy", "scenario", "simulation"}
+    | {"trajectories"},
     "views": {"analysis", "arm", "aspects", "redundancy", "simulation", "studies", "trajectories"},
     "cli": {"analysis", "arm", "aspects", "controllers", "criteria", "plants", "scenario", "simulation", "studies"}
     | {"trajectories", "views"},

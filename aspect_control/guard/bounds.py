@@ -13,6 +13,7 @@ from ..exceptions import ParameterError
 from ..limits import NO_LIMIT, joint_limit, joint_range
 from ..redundancy import Array
 
+
 class GuardLimits:
     """The limits of one arm; infinite where there is none.
 
@@ -51,9 +52,11 @@ class GuardLimits:
         self.acceleration = joint_limit("acceleration", acceleration, n, unit="rad/s²")
         self.tracking, self.jump = _distance("tracking", tracking), _distance("jump", jump)
         self.distance = arm.reach if distance is None else positive("distance", distance, "m")
-        endless = [name for name, each in zip(arm.joint_names, _is_endless(arm), strict=True) if each]
-        if endless and np.isfinite((self.lower, self.upper)).all(axis=0)[_is_endless(arm)].any():
-            raise ParameterError(f"position: joint {endless[0]!r} turns without end and has no position limits")
+        for joint, name, lower, upper in zip(
+            arm.model.joints[1:], arm.joint_names, self.lower, self.upper, strict=True
+        ):
+            if joint.nq != joint.nv and (np.isfinite(lower) or np.isfinite(upper)):
+                raise ParameterError(f"position: joint {name!r} turns without end and has no position limits")
         self._torques, self._has_acceleration = self.torque.tolist(), bool(np.isfinite(self.acceleration).any())
         self.on_every_sample = self._has_acceleration or bool(np.isfinite(self.rate).any())
         self.names = arm.joint_names
@@ -126,10 +129,6 @@ def joint_index(arm: Arm) -> list[int] | None:
     if arm.nq == arm.nv:
         return None
     return [joint.idx_q for joint in arm.model.joints[1:]]
-
-
-def _is_endless(arm: Arm) -> Array:
-    return np.array([joint.nq != joint.nv for joint in arm.model.joints[1:]])
 
 
 def _distance(name: str, value: float | None) -> float:

@@ -33,8 +33,8 @@ class Brake:
     are beyond its motors, τ = G − λMθ̇/T₀ with the largest λ ≤ 1 within the torque limits, which takes energy out of the
     arm as long as its motors can carry it. Once the arm is at rest a critically damped spring holds its posture.
 
-    The torque goes over to it with the time constant `HANDOVER`, or at once where the arm could not be stopped inside its
-    limits otherwise; never faster than the torque rate allows: all joints then go the same part of the way.
+    The torque goes over to it with the time constant `HANDOVER`, or at once where the arm could not be stopped inside
+    its limits otherwise; never faster than the torque rate allows: all joints then go the same part of the way.
     """
 
     def __init__(self, arm: Arm, limits: GuardLimits, viability: Viability) -> None:

@@ -19,11 +19,11 @@ class Clock(NamedTuple):
 
     Attributes:
         state: The arm's state at the last look; None before the first.
-        count: Looks after one another that disagreed.
+        looks: Looks after one another that disagreed.
     """
 
     state: ArmState | None = None
-    count: int = 0
+    looks: int = 0
 
     def after(self, arm: Arm, state: ArmState, seconds: float) -> tuple[Clock, str]:
         """Look once more, and return what is to be kept, and what is wrong; empty if nothing is.
@@ -42,8 +42,8 @@ class Clock(NamedTuple):
         length = hypot(*expected.tolist())
         if dist(moved.tolist(), expected.tolist()) <= NOISE + SHARE * length:
             return Clock(state), ""
-        if self.count + 1 < LOOKS:
-            return Clock(state, self.count + 1), ""
+        if self.looks + 1 < LOOKS:
+            return Clock(state, self.looks + 1), ""
         ratio = float(moved @ expected) / length**2 if length > 0.0 else inf
         if ratio > 1.0:
             what = "samples are lost, or the loop is slower than the dt of reset"

@@ -23,12 +23,12 @@ class Growth(NamedTuple):
     Attributes:
         self_motion: ‖θ̇_H‖, rad/s.
         energy: Kinetic energy ½θ̇ᵀMθ̇, J.
-        count: Looks after one another at which both had grown.
+        looks: Looks after one another at which both had grown.
     """
 
     self_motion: float = inf
     energy: float = inf
-    count: int = 0
+    looks: int = 0
 
     def after(self, v: Array, M: Array, Vt: Array, of_task: Array) -> tuple[Growth, str]:
         """Look once more, and return what is to be kept, and what is wrong; empty if nothing is.
@@ -45,7 +45,7 @@ class Growth(NamedTuple):
         """
         self_motion, energy = hypot(*(v - Vt.T @ (Vt @ v)).tolist()), float(v @ (M @ v)) / 2.0
         grown = self_motion > GROWTH * self.self_motion and energy > GROWTH * self.energy
-        count = self.count + 1 if grown else 0
+        count = self.looks + 1 if grown else 0
         needed, reason = hypot(*of_task.tolist()), ""
         if count >= LOOKS and self_motion > FACTOR * needed + SLACK:
             reason = (

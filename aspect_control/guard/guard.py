@@ -15,10 +15,11 @@ from ..controllers import Controller
 from ..exceptions import AspectControlError, ParameterError, shown
 from ..redundancy import Array
 from ..trajectories import Target
+from .belief import LEAP, Belief
 from .bounds import GuardLimits
 from .braking import STILL, Brake
 from .monitor import Monitor, Watch
-from .plausibility import Plausibility
+from .plausibility import AS_TOLD, Plausibility
 from .status import LIMITING, RUNNING, STOPPED, STOPPING, GuardMemory, GuardStatus, Stage
 from .viability import NEIGHBOURHOOD, Viability
 
@@ -30,11 +31,8 @@ _set, _memory = object.__setattr__, tuple.__new__
 ASSUMED_DT = 1e-3
 """The sampling time that a guard takes for granted that was not reset, s."""
 
-TRUSTED = 10
-"""Samples after one another that have to agree with each other before a measurement is believed again."""
-
-LEAP = 0.05
-"""How much farther than three samples' motion a measured configuration may be from the one before, rad."""
+REPEATS, UNSEEN = 5, 1e-3
+"""How often a sample may be repeated, and how far the joints may have gone meanwhile by their speed, rad."""
 
 
 class Guard(Controller):
@@ -53,8 +51,8 @@ class Guard(Controller):
 
     It goes from one to a later one only, and back to running by `reset`. It stops the arm
 
-    - before the first torque, if q is in degrees, the target in millimetres, q and v are swapped, a joint starts outside
-      its limits, the posture does not belong to the target, or `reset` was not called or was told another posture;
+    - before the first torque, if q is in degrees, the target in millimetres, q and v are swapped, a joint starts
+      outside its limits, the posture does not belong to the target, or `reset` was not called or was told another one;
     - when the arm could not be stopped inside its position and speed limits any more one sample later;
     - when the target is too far away, jumps or is none; when q or v is not finite, has another shape or leaps;
     - when the law raises an exception or returns no torque;
@@ -119,6 +117,7 @@ class Guard(Controller):
         self._viability, self._monitor = Viability(law.arm, limits), Monitor(law.arm, limits)
         self._brake = Brake(law.arm, limits, self._viability)
         self._plausibility = Plausibility(law.arm, limits, self._monitor)
+        self._belief = Belief(law.arm, self._plausibility)
         self._rest, self._neutral = np.zeros(law.arm.nv), law.arm.configuration(np.zeros(law.arm.nv))
         task = law.arm.coordinates
         self._axes = task.position_axes if task.has_rotation else None
@@ -132,6 +131,16 @@ class Guard(Controller):
     def status(self) -> GuardStatus:
         """What the guard does, and why."""
         return GuardStatus(STOPPED, NOT_RESET) if self.memory is None else self.memory.stage.status
+
+    @property
+    def reading(self) -> str:
+        """How q and v are read: `"as told"`, or as `"degrees"` or `"swapped"` where the first sample gave that away."""
+        return AS_TOLD if self.memory is None else self.memory.stage.reading
+
+    @property
+    def brakes(self) -> bool:
+        """Whether the law is no longer asked: the arm is being braked, or held."""
+        return self.memory is not None and self.memory.stage.braking
 
     def start(self, q: Array, v: Array, dt: float) -> None:
         """Begin a motion: reset the law, and be running."""
@@ -160,7 +169,10 @@ class Guard(Controller):
                 self.require_target(target)
             except AspectControlError as error:
                 return self._braked(state, str(error))
-            return self.command(state, target)
+            try:
+                return self.command(state, target)
+            except Exception as error:
+                return self._braked(state, f"the guard failed: {type(error).__name__}: {error}")
         except BaseException:
             self.memory, self.law.memory = memory, of_law
             raise
@@ -169,7 +181,7 @@ class Guard(Controller):
         """Return the law's torque, or what the guard makes of it, shape (nv,), N m."""
         if self.memory is None:
             return self._braked(state, NOT_RESET)
-        stage, _, tau_before, q_before, v_before, x_before, certificate, watch, countdown, _ = self.memory
+        stage, _, tau_before, q_before, v_before, x_before, certificate, watch, countdown, repeats = self.memory
         if stage.braking:
             return self._braked(state, "")
         limits, q, v, asked_for, at = self.limits, state.q.tolist(), state.v.tolist(), target.x, state.x
@@ -178,14 +190,19 @@ class Guard(Controller):
         else:
             x_d, x = self._positions(asked_for), self._positions(at)
         near = certificate is not None and dist(q, certificate.q) <= NEIGHBOURHOOD
-        countdown -= 1
-        reason = ""
+        countdown, reason = countdown - 1, ""
+        repeats = repeats + 1 if q == q_before and v == v_before else 0
         if watch is None:
-            reason = self._plausibility.doubt(state, target, stage.start)
+            reason, reading = self._plausibility.doubt(state, target, stage.start)
+            if reading != AS_TOLD:
+                meant = self._begun(self._plausibility.read(state, reading).q, stage.dt)
+                self.memory = meant._replace(stage=meant.stage._replace(reading=reading))
         elif not near and dist(q, q_before) > LEAP + 3.0 * stage.dt * hypot(*v_before):
             far = dist(q, q_before)
             return self._braked(None, f"the measured position leaps by {far:.3g} rad: samples are lost, or wrong")
-        elif dist(x_d, x_before) > limits.jump and self._jumps(target, dist(x_d, x_before)):
+        elif repeats >= REPEATS and repeats * stage.dt * hypot(*v) > UNSEEN:
+            return self._braked(None, f"the same sample has come {repeats + 1} times while the arm moves")
+        elif dist(x_d, x_before) > limits.jump and self._jumps(target, dist(x_d, x_before), stage.dt):
             reason = f"the target jumps by {dist(x_d, x_before):.3g} m in one sample"
         elif dist(x_d, x) > limits.tracking:
             reason = self._monitor.not_tracked(state, target)
@@ -209,7 +226,7 @@ class Guard(Controller):
                     return self._braked(state, reason)
             if held and stage.status.state == RUNNING:
                 stage = self._told(stage, GuardStatus(LIMITING, held))
-        memory = (stage, state, given, q, v, x_d, certificate, watch, countdown, 0)
+        memory = (stage, state, given, q, v, x_d, certificate, watch, countdown, repeats)
         _set(self, "memory", _memory(GuardMemory, memory))
         return tau
 
@@ -224,35 +241,14 @@ class Guard(Controller):
             state = self.arm.state(self._neutral, self._rest) if state is None else state
             self.memory, reason = self._begun(state.q, ASSUMED_DT), NOT_RESET
         memory, stage = self.memory, self.memory.stage
-        q, v, trust = (memory.positions, memory.speeds, 0) if state is None else self._trusted(state, memory)
-        if memory.state is not None and trust < TRUSTED:
-            state = self._predicted(memory.state, memory.tau, stage.dt)
-        assert state is not None
+        state, q, v, agreeing = self._belief.believed(state, memory)
         if not stage.braking:
             stage = self._told(stage, GuardStatus(STOPPING, reason))
         elif stage.held is None and np.abs(state.v).max() <= STILL:
             stage = self._told(stage._replace(held=state.q), GuardStatus(STOPPED, stage.status.reason))
         tau = self._brake.torque(state, memory.tau, stage.dt, stage.held)
-        self.memory = GuardMemory(stage, state, tau.tolist(), q, v, memory.desired, trust=trust)
+        self.memory = GuardMemory(stage, state, tau.tolist(), q, v, memory.desired, agreeing=agreeing)
         return tau
-
-    def _trusted(self, state: ArmState, memory: GuardMemory) -> tuple[list[float], list[float], int]:
-        """Return the measured sample as lists, and how many samples after one another have been as they should be.
-
-        One that is near the state that was believed last is trusted at once; others have to follow from one another,
-        inside the position limits, for `TRUSTED` samples.
-        """
-        q, v, dt = state.q.tolist(), state.v.tolist(), memory.stage.dt
-        way = dt * max(hypot(*v), hypot(*memory.speeds))
-        if memory.state is None or dist(q, memory.state.q.tolist()) <= LEAP + 3.0 * way:
-            return q, v, TRUSTED
-        follows = dist(q, memory.positions) <= 2.0 * way and self._plausibility.fits(state)
-        return q, v, memory.trust + 1 if follows else 0
-
-    def _predicted(self, state: ArmState, tau: list[float], dt: float) -> ArmState:
-        """Return the state that follows from the last one by the arm's model."""
-        v = state.v + dt * np.linalg.solve(state.M, np.array(tau) - state.nle)
-        return self.arm.state(self.arm.integrate(state.q, (dt / 2.0) * (state.v + v)), v)
 
     def _begun(self, q: Array, dt: float) -> GuardMemory:
         """Return the memory at the start of a motion: the arm is held against gravity."""
@@ -270,10 +266,9 @@ class Guard(Controller):
                 status = GuardStatus(status.state, f"{status.reason}; on_change raised {type(error).__name__}: {error}")
         return stage._replace(status=status, braking=status.state in (STOPPING, STOPPED))
 
-    def _jumps(self, target: Target, way: float) -> bool:
+    def _jumps(self, target: Target, way: float, dt: float) -> bool:
         """Return whether a target has moved farther than it announces."""
-        assert self.memory is not None
-        return way > self.limits.jump + self.memory.stage.dt * hypot(*target.dx.tolist())
+        return way > self.limits.jump + dt * hypot(*target.dx.tolist())
 
     def _positions(self, pose: TaskValue) -> list[float]:
         return [pose.translation.item(axis) for axis in self._axes or ()]

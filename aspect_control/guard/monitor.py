@@ -80,17 +80,14 @@ class Monitor:
             f"{self._limits.distance:.4g} m are possible"
         )
 
-    def not_tracked(self, state: ArmState, target: Target) -> str:
-        """Return that the task frame is too far from its target; empty if it is not."""
-        task = self._arm.coordinates
+    def not_tracked(self, state: ArmState, target: Target, most: float | None = None) -> str:
+        """Return that the task frame is farther from its target than `most`, or the limit; empty if it is not."""
+        task, most = self._arm.coordinates, self._limits.tracking if most is None else most
         error = task.error(target.x, state.x)
         for rows, unit in ((task.position_rows, "m"), (task.rotation_rows, "rad")):
             distance = hypot(*error[rows].tolist())
-            if distance > self._limits.tracking:
-                return (
-                    f"{self._arm.frame!r} is {distance:.3g} {unit} from its target, "
-                    f"{self._limits.tracking:.3g} {unit} are allowed"
-                )
+            if distance > most:
+                return f"{self._arm.frame!r} is {distance:.3g} {unit} from its target, {most:.3g} {unit} are allowed"
         return ""
 
     def _too_fast(self, of_task: Array) -> str:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..arm import Arm, ArmState
-from ..arm.chain import unit_hint
 from ..redundancy import Array
 from ..trajectories import Target
 from .bounds import GuardLimits
@@ -14,8 +15,27 @@ from .monitor import Monitor
 NOT_MOVED = 0.05
 """How far the joints may be from where `reset` was told that they are, rad."""
 
+NEAR = 0.1
+"""How far from its target a posture may be that q and v, read in another way, stand for, m and rad."""
+
 REACHES_A_SECOND = 10.0
 """How fast a target may be that is meant in metres, in reaches of the arm a second."""
+
+
+AS_TOLD, DEGREES, SWAPPED = "as told", "degrees", "swapped"
+"""How q and v are to be read."""
+
+
+class Doubt(NamedTuple):
+    """What is likely wrong.
+
+    Attributes:
+        reason: It, in plain words; empty if nothing is.
+        reading: How q and v are to be read, as far as that can be told.
+    """
+
+    reason: str
+    reading: str = AS_TOLD
 
 
 class Plausibility:
@@ -25,8 +45,8 @@ class Plausibility:
         """Set the arm, the limits and what knows whether a target is near."""
         self._arm, self._limits, self._monitor = arm, limits, monitor
 
-    def doubt(self, state: ArmState, target: Target, start: Array) -> str:
-        """Return what is likely wrong; empty if nothing is.
+    def doubt(self, state: ArmState, target: Target, start: Array) -> Doubt:
+        """Return what is likely wrong.
 
         Args:
             state: The arm's state at the first sample.
@@ -35,30 +55,40 @@ class Plausibility:
         """
         arm, limits = self._arm, self._limits
         q, v = arm.positions(state.q), state.v
-        outside, fast = self._outside(q), np.abs(v) > limits.speed
-        target_reason = self._monitor.too_far(target) or self._monitor.not_tracked(state, target)
-        found = outside or self._too_fast(v, fast) or target_reason
+        outside, fast = self._outside(q), self._too_fast(v)
+        away, far = self._monitor.too_far(target), self._monitor.not_tracked(state, target)
+        found = outside or fast or away or far
         if found and self._belongs(v, target) and (np.abs(q) <= limits.speed).all():
-            return f"q and v are swapped: v is a posture of the target, and {found}"
-        if found and (np.abs(q) > 2.0 * np.pi).any() and self._fits(np.where(arm.prismatic, q, np.deg2rad(q))):
-            return f"q is in degrees: angles are in radians, and {found}"
+            return Doubt(f"q and v are swapped: v is a posture at the target, and {found}", SWAPPED)
+        in_radians = np.where(arm.prismatic, q, np.deg2rad(q))
+        turned = outside and bool((np.abs(q) > 2.0 * np.pi).any()) and self._fits(in_radians)
+        if turned or (far and self._belongs(in_radians, target)):
+            return Doubt(f"q is in degrees, angles are in radians: {found}", DEGREES)
         if outside:
-            return outside
-        if target_reason and self._in_millimetres(state, target):
-            return f"the target is in millimetres: positions are in metres, and {target_reason}"
-        if target_reason and self._belongs(np.where(arm.prismatic, q, np.deg2rad(q)), target):
-            return f"q is in degrees: angles are in radians, and {target_reason}"
-        if fast.any():
-            return self._too_fast(v, fast)
+            return Doubt(outside)
+        if (away or far) and self._in_millimetres(state, target):
+            return Doubt(f"the target is in millimetres, positions are in metres: {away or far}")
+        if fast:
+            return Doubt(fast)
         moved = float(np.abs(arm.difference(start, state.q)).max())
         if moved > NOT_MOVED:
-            return f"the law was not reset here: a joint is {moved:.3g} rad from where reset(q, v, dt) was told it is"
-        if target_reason:
-            return f"the posture does not belong to the target: {target_reason}"
+            return Doubt(f"the law was not reset here: a joint is {moved:.3g} rad from where reset(q, v, dt) was told")
+        if away or far:
+            return Doubt(away or f"the posture does not belong to the target: {far}")
         speed = float(np.linalg.norm(target.dx))
         if speed > REACHES_A_SECOND * arm.reach:
-            return f"the target moves at {speed:.3g} m/s, too fast for any arm: is it in millimetres?"
-        return ""
+            return Doubt(f"the target moves at {speed:.3g} m/s, too fast for any arm: is it in millimetres?")
+        return Doubt("")
+
+    def read(self, state: ArmState, reading: str) -> ArmState:
+        """Return the state that a sample stands for if q and v are to be read in another way."""
+        arm = self._arm
+        if reading == SWAPPED:
+            return arm.state(arm.configuration(state.v), arm.positions(state.q))
+        if reading == DEGREES:
+            q, v = (np.where(arm.prismatic, each, np.deg2rad(each)) for each in (arm.positions(state.q), state.v))
+            return arm.state(arm.configuration(q), v)
+        return state
 
     def fits(self, state: ArmState) -> bool:
         """Return whether a posture is inside the position limits."""
@@ -67,17 +97,17 @@ class Plausibility:
     def _outside(self, q: Array) -> str:
         limits = self._limits
         for i in np.flatnonzero((q < limits.lower) | (q > limits.upper)):
-            prismatic = bool(self._arm.prismatic[i])
-            hint = unit_hint(float(q[i]), float(limits.lower[i]), float(limits.upper[i]), prismatic=prismatic)
             span = f"[{limits.lower[i]:.4g}, {limits.upper[i]:.4g}]"
-            return f"joint {limits.names[i]!r} starts at {q[i]:.4g}, outside its limits {span}{hint}"
+            return f"joint {limits.names[i]!r} starts at {q[i]:.4g}, outside its limits {span}"
         return ""
 
-    def _too_fast(self, v: Array, fast: Array) -> str:
-        for i in np.flatnonzero(fast):
-            limit = self._limits.speed[i]
-            hint = "; is v in degrees a second?" if np.deg2rad(abs(v[i])) <= limit and abs(v[i]) > 10.0 else ""
-            return f"joint {self._limits.names[i]!r} starts at {v[i]:.4g} rad/s, its speed limit is {limit:.4g}{hint}"
+    def _too_fast(self, v: Array) -> str:
+        limits = self._limits
+        for i in np.flatnonzero(np.abs(v) > limits.speed):
+            hint = "; is v in degrees a second?" if np.deg2rad(abs(v[i])) <= limits.speed[i] < 0.1 * abs(v[i]) else ""
+            return (
+                f"joint {limits.names[i]!r} starts at {v[i]:.4g} rad/s, its speed limit is {limits.speed[i]:.4g}{hint}"
+            )
         return ""
 
     def _fits(self, positions: Array) -> bool:
@@ -88,9 +118,9 @@ class Plausibility:
         if not self._fits(positions):
             return False
         state = self._arm.state(self._arm.configuration(positions), np.zeros(self._arm.nv))
-        return not self._monitor.not_tracked(state, target)
+        return not self._monitor.not_tracked(state, target, NEAR)
 
     def _in_millimetres(self, state: ArmState, target: Target) -> bool:
         task = self._arm.coordinates
         x, x_d = (each.translation if task.has_rotation else each for each in (state.x, target.x))
-        return float(np.linalg.norm(x_d / 1000.0 - x)) <= max(self._limits.tracking, 0.1 * self._arm.reach)
+        return float(np.linalg.norm(x_d / 1000.0 - x)) <= 0.1 * self._arm.reach

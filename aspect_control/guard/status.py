@@ -8,6 +8,7 @@ from typing import NamedTuple
 from ..arm import ArmState
 from ..redundancy import Array
 from .monitor import Watch
+from .plausibility import AS_TOLD
 from .viability import Certificate
 
 RUNNING, LIMITING, STOPPING, STOPPED = "running", "limiting", "stopping", "stopped"
@@ -38,6 +39,7 @@ class Stage(NamedTuple):
         steps: How far each torque may go in one sample, N m.
         start: The configuration that `reset` was given, shape (nq,), rad.
         held: The configuration that is held once the arm has stopped, shape (nq,), rad; None before.
+        reading: How q and v are to be read, where they were told in another way; see `Plausibility`.
         braking: Whether the law is no longer asked.
     """
 
@@ -46,6 +48,7 @@ class Stage(NamedTuple):
     steps: list[float]
     start: Array
     held: Array | None = None
+    reading: str = AS_TOLD
     braking: bool = False
 
 
@@ -62,7 +65,7 @@ class GuardMemory(NamedTuple):
         certificate: Where the arm is known to be able to stop; None where nothing is known.
         watch: What the monitor keeps; None before the first sample.
         countdown: Samples until the monitor looks again.
-        trust: While braking, measured samples after one another that agree with each other.
+        agreeing: Samples after one another that repeat the one before; while braking, that agree with each other.
     """
 
     stage: Stage
@@ -74,4 +77,4 @@ class GuardMemory(NamedTuple):
     certificate: Certificate | None = None
     watch: Watch | None = None
     countdown: int = 0
-    trust: int = 0
+    agreeing: int = 0

@@ -70,14 +70,16 @@ class Plan(NamedTuple):
 class Viability:
     """Plans a stop from where one more sample of a torque leads.
 
-    The torque τ acts for Δt, then changes to the braking torque at the torque rate, in the time t_r, or at once; from there the joints come to rest along θ̈ = −θ̇/T. With θ̈ = M⁻¹(τ − N) from now on to the middle of the change,
-    the largest outward speed of a joint is
+    The torque τ acts for Δt, then changes to the braking torque at the torque rate, in the time t_r, or at once; from
+    there the joints come to rest along θ̈ = −θ̇/T. With θ̈ = M⁻¹(τ − N) until the middle of the change, the largest
+    outward speed of a joint is
 
     u = max(0, θ̇, θ̇ + θ̈(Δt + t_r/2))
 
-    and it moves outward by no more than u(Δt + t_r + T). That must be inside its position limits, and u inside its speed
-    limit. 1/T is 1/T₀, or what `RESERVE` of the torque that N leaves over gives for the momentum Mθ̇ + (τ − N)(Δt + t_r/2)
-    if that is less: M and N change along the way. N itself must leave a part of the torque limits free; see `CARRIED`.
+    and it moves outward by no more than u(Δt + t_r + T). That must be inside its position limits, and u inside its
+    speed limit. 1/T is 1/T₀, or what `RESERVE` of the torque that N leaves over gives for the momentum
+    Mθ̇ + (τ − N)(Δt + t_r/2) if that is less: M and N change along the way. N itself must leave a part of the torque
+    limits free; see `CARRIED`.
 
     A plan costs several control ticks. One that leaves room makes a `Certificate`, and as long as the arm stays in its
     neighbourhood five distances tell so; near a limit every sample is planned.
@@ -100,11 +102,12 @@ class Viability:
         """
         limits, v = self._limits, state.v
         q = state.q if self._index is None else state.q[self._index]
-        push, momentum, M_inv = tau - state.nle, state.M @ v, np.linalg.inv(state.M)
+        push, momentum = tau - state.nle, state.M @ v
+        M_inv: Array = np.asarray(np.linalg.inv(state.M), dtype=np.float64)
         acceleration = M_inv @ push
         handover = self._handover(push, momentum)
         acting = dt + handover / 2.0
-        later = v + acceleration * acting
+        later: Array = v + acceleration * acting
         up, down = np.maximum(np.maximum(v, later), 0.0), np.maximum(np.maximum(-v, -later), 0.0)
         peak = np.maximum(up, down)
         if (peak > limits.speed).any():
@@ -117,7 +120,7 @@ class Viability:
         highest, lowest = q + up * way, q - down * way
         if (highest > limits.upper).any() or (lowest < limits.lower).any():
             return Plan(self._too_far(q, highest, lowest), None)
-        return Plan("", self._certificate(state, q, tau, M_inv, float(np.linalg.norm(peak)), dt))
+        return Plan("", self._certificate(state, q, tau, M_inv, hypot(*peak.tolist()), dt))
 
     def _handover(self, push: Array, momentum: Array) -> float:
         """Return t_r, s: how long it takes from a torque N + push to that of the brake, N − Mθ̇/T₀."""
@@ -128,7 +131,8 @@ class Viability:
         limits = self._limits
         room = RESERVE * np.maximum(limits.torque + np.where(momentum > 0.0, nle, -nle), 0.0)
         needed = np.divide(np.abs(momentum), room, out=np.full(len(room), np.inf), where=room > 0.0)
-        return np.maximum(np.maximum(needed, peak / limits.acceleration), BRAKE_TIME)
+        times: Array = np.maximum(np.maximum(needed, peak / limits.acceleration), BRAKE_TIME)
+        return times
 
     def _certificate(
         self, state: ArmState, q: Array, tau: Array, M_inv: Array, peak: float, dt: float
@@ -158,18 +162,16 @@ class Viability:
     def _too_weak(self, nle: Array, i: int) -> str:
         limit = self._limits.torque[i]
         return (
-            f"joint {self._limits.names[i]!r} has hardly any torque left to be braked with: {abs(nle[i]):.4g} N m carry "
-            f"it, its torque limit is {limit:.4g} N m"
+            f"joint {self._limits.names[i]!r} has hardly any torque left to be braked with: {abs(nle[i]):.4g} N m "
+            f"carry it, its torque limit is {limit:.4g} N m"
         )
 
     def _too_far(self, q: Array, highest: Array, lowest: Array) -> str:
         limits = self._limits
         beyond = np.maximum(highest - limits.upper, limits.lower - lowest)
         i = int(np.argmax(beyond))
-        end, limit = (
-            (highest[i], limits.upper[i]) if highest[i] > limits.upper[i] else (lowest[i], limits.lower[i])
-        )
+        end, limit = (highest[i], limits.upper[i]) if highest[i] > limits.upper[i] else (lowest[i], limits.lower[i])
         return (
-            f"joint {limits.names[i]!r} at {q[i]:.4g} rad could not be stopped before {end:.4g} rad, "
+            f"joint {limits.names[i]!r} at {q[i]:.4g} rad could not be stopped before {end:.6g} rad, "
             f"its position limit is {limit:.4g} rad"
         )

@@ -114,6 +114,15 @@ def _moved(distance: float, reaches: float = 0.0) -> Callable[[Arm, Call, Call],
     return change
 
 
+def _far_path(arm: Arm, call: Call, first: Call) -> Call:
+    """Go on three times as far as is meant, in the same time."""
+    start, target = first.target.x, call.target
+    displacement = 3.0 * arm.coordinates.error(target.x, start)
+    return call._replace(
+        target=Target(arm.coordinates.displaced(start, displacement), 3.0 * target.dx, 3.0 * target.ddx)
+    )
+
+
 def _not_a_number(arm: Arm, call: Call, _: Call) -> Call:
     return call._replace(q=np.where(np.arange(arm.nq) == 0, np.nan, call.q))
 
@@ -134,6 +143,7 @@ FAULTS = (
     Fault("start beyond a joint limit", beyond_limits=True),
     Fault("posture of another target", _moved(-0.3)),
     Fault("target out of reach", _moved(0.0, 1.0)),
+    Fault("path out of reach", _far_path),
     Fault("never reset", reset=False),
     Fault("target jumps by 0.5 m", _moved(-0.5), from_start=False),
     Fault("q in degrees from the middle on", _in_degrees, from_start=False, hides=True),

@@ -191,7 +191,7 @@ def test_a_clock_that_runs_away_is_told(panda, pace, words):
         return q, v / pace, target
 
     guard = ac.Guard(controllers.create("damped-null-space", panda), tracking=None)
-    driven(guard, 400, changed(200, elsewhere), ac.StraightLine([0.02, 0.04, 0.02], 0.4))
+    driven(guard, 400, changed(200, elsewhere), ac.StraightLine([0.03, 0.06, 0.03], 0.4))
     assert guard.status.reason.startswith("the clock runs away: the joints move ")
     assert words in guard.status.reason
 

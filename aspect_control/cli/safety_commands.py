@@ -23,7 +23,8 @@ def safety(
     from ..files import output_folder, write_text
     from ..studies.safety import hostile_sequences, safety_table
     from ..views import safety_report, sequence_lines
-    from ..views.screen import progress_bar, show_table
+    from ..views.progress import progress_bar
+    from ..views.screen import show_table
 
     whole_number("sequences", sequences, 0)
     whole_number("seed", seed, 0)

@@ -170,7 +170,7 @@ def hostile_sequence(seed: int, index: int) -> HostileOutcome:
     q = arm.configuration(lower + (upper - lower) * rng.uniform(0.05, 0.95, n))
     v = rng.normal(size=n) * rng.choice([0.0, 0.0, 0.5])
     fault = FAULTS[rng.integers(len(FAULTS))] if rng.random() < 0.7 else None
-    samples = int(rng.integers(15, 50))
+    samples = int(rng.integers(10, 40))
     begins = int(rng.integers(1, samples)) if fault is None or not fault.from_start else 0
     line, x = StraightLine(rng.uniform(-0.4, 0.4, 2), duration=samples * dt), arm.task_position(q)
     last, broken, first, positioned = _gravity(arm, q, guard), set[str](), None, True

@@ -1,7 +1,7 @@
 """What stands between a torque law and a robot: limits, plausibility, divergence, a soft stop."""
 
-from .guard import Guard
+from .guard import GUARD_FAILED, Guard
 from .plausibility import AS_TOLD
 from .status import GuardStatus
 
-__all__ = ["AS_TOLD", "Guard", "GuardStatus"]
+__all__ = ["AS_TOLD", "GUARD_FAILED", "Guard", "GuardStatus"]

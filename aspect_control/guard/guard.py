@@ -28,6 +28,9 @@ NOT_RESET = "the guard was not reset: call reset(q, v, dt) before the first torq
 
 _set, _memory = object.__setattr__, tuple.__new__
 
+GUARD_FAILED = "the guard itself failed"
+"""How the reason begins for which a guard stops that has a mistake."""
+
 ASSUMED_DT = 1e-3
 """The sampling time that a guard takes for granted that was not reset, s."""
 
@@ -172,7 +175,7 @@ class Guard(Controller):
             try:
                 return self.command(state, target)
             except Exception as error:
-                return self._braked(state, f"the guard failed: {type(error).__name__}: {error}")
+                return self._braked(state, f"{GUARD_FAILED}: {type(error).__name__}: {error}")
         except BaseException:
             self.memory, self.law.memory = memory, of_law
             raise
@@ -216,7 +219,7 @@ class Guard(Controller):
         except Exception as error:
             return self._braked(state, f"the law {self.law.name!r} raised {type(error).__name__}: {error}")
         given = tau.tolist()
-        covered = near and certificate.covers(v, given, v_before, tau_before)  # type: ignore[union-attr]
+        covered = near and certificate.covers(v, given)  # type: ignore[union-attr]
         if not covered or limits.on_every_sample:
             tau, held = limits.within(tau, given, tau_before, stage.steps, state)
             if not covered or held:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from math import dist, hypot
+from math import hypot
+from operator import gt, sub
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +25,7 @@ CARRIED = 0.9
 NEIGHBOURHOOD = 0.05
 """How far the joints may go until a stop is planned anew, rad."""
 
-_FASTER, _SLACK = 1.5, 0.2
+_FASTER, _SLACK = 1.5, 0.5
 """How much faster than now the arm may become until a stop is planned anew: a factor, and rad/s."""
 
 
@@ -34,25 +35,18 @@ class Certificate(NamedTuple):
     Attributes:
         q: Joint configuration in its middle, rad.
         tau: Torque in its middle, N m.
-        radius: Largest distance of the torque from there, N m; less than the distance to any torque limit.
-        peak: Largest speed of the joints, as a vector, when a brake begins to act, rad/s.
-        repeats: How many times the last change of speed can come again until then.
-        pushes: What a change of the torque adds to the speed until then, as vectors, rad/s for each N m.
+        radii: How far each torque may be from there, N m; at most to its limit.
+        speed: Largest speed of the joints, as a vector, rad/s.
     """
 
     q: list[float]
     tau: list[float]
-    radius: float
-    peak: float
-    repeats: float
-    pushes: float
+    radii: list[float]
+    speed: float
 
-    def covers(self, v: list[float], tau: list[float], v_before: list[float], tau_before: list[float]) -> bool:
+    def covers(self, v: list[float], tau: list[float]) -> bool:
         """Return whether no plan is needed for a posture that is in the neighbourhood."""
-        return (
-            hypot(*v) + self.repeats * dist(v, v_before) + self.pushes * dist(tau, tau_before) <= self.peak
-            and dist(tau, self.tau) <= self.radius
-        )
+        return hypot(*v) <= self.speed and not any(map(gt, map(abs, map(sub, tau, self.tau)), self.radii))
 
 
 class Plan(NamedTuple):
@@ -82,7 +76,7 @@ class Viability:
     limits free; see `CARRIED`.
 
     A plan costs several control ticks. One that leaves room makes a `Certificate`, and as long as the arm stays in its
-    neighbourhood five distances tell so; near a limit every sample is planned.
+    neighbourhood a few comparisons tell so; near a limit every sample is planned.
     """
 
     def __init__(self, arm: Arm, limits: GuardLimits) -> None:
@@ -120,7 +114,7 @@ class Viability:
         highest, lowest = q + up * way, q - down * way
         if (highest > limits.upper).any() or (lowest < limits.lower).any():
             return Plan(self._too_far(q, highest, lowest), None)
-        return Plan("", self._certificate(state, q, tau, M_inv, hypot(*peak.tolist()), dt))
+        return Plan("", self._certificate(state, q, tau, M_inv, dt))
 
     def _handover(self, push: Array, momentum: Array) -> float:
         """Return t_r, s: how long it takes from a torque N + push to that of the brake, N − Mθ̇/T₀."""
@@ -134,24 +128,26 @@ class Viability:
         times: Array = np.maximum(np.maximum(needed, peak / limits.acceleration), BRAKE_TIME)
         return times
 
-    def _certificate(
-        self, state: ArmState, q: Array, tau: Array, M_inv: Array, peak: float, dt: float
-    ) -> Certificate | None:
+    def _certificate(self, state: ArmState, q: Array, tau: Array, M_inv: Array, dt: float) -> Certificate | None:
         """Return a neighbourhood in which any joint may be as fast as all together, in any direction."""
-        limits = self._limits
-        speed = _FASTER * peak + _SLACK
-        if speed > self._slowest_limit:
+        limits, now, push = self._limits, hypot(*state.v.tolist()), tau - state.nle
+        radii = np.minimum(0.1 * np.minimum(limits.torque, 10.0 * (np.abs(tau) + 1.0)), limits.torque - np.abs(tau))
+        wanted = _FASTER * now + _SLACK
+        momentum = np.linalg.norm(state.M, axis=1) * (wanted + _SLACK)
+        handover = self._handover(np.abs(push) + radii, momentum)
+        acting = dt + handover / 2.0
+        added = acting * float((np.abs(M_inv) @ radii).max())
+        radii *= _SLACK / max(added, _SLACK)
+        gained = acting * float(np.abs(M_inv @ push).max()) + min(added, _SLACK)
+        speed = min(wanted, self._slowest_limit - gained)
+        if speed < now:
             return None
-        changed = np.minimum(0.1 * np.minimum(limits.torque, 10.0 * (np.abs(tau) + 1.0)), limits.torque - np.abs(tau))
-        loaded, momentum = np.abs(state.nle) + changed, np.linalg.norm(state.M, axis=1) * speed
-        handover = self._handover(np.abs(tau - state.nle) + changed, momentum)
-        stop = float(self._stopping_times(-loaded, momentum, np.full(len(q), speed)).max())
-        margin = NEIGHBOURHOOD + speed * (dt + handover + stop)
-        if (q - margin < limits.lower).any() or (q + margin > limits.upper).any():
+        peak = np.full(len(q), speed + gained)
+        stop = float(self._stopping_times(-np.abs(state.nle) - radii, momentum, peak).max())
+        margin = NEIGHBOURHOOD + peak[0] * (dt + handover + stop)
+        if gained > wanted or (q - margin < limits.lower).any() or (q + margin > limits.upper).any():
             return None
-        radius, acting = float(changed.min()), dt + handover / 2.0
-        pushes = acting * float(np.linalg.norm(M_inv))
-        return Certificate(state.q.tolist(), tau.tolist(), radius, speed, acting / dt, pushes)
+        return Certificate(state.q.tolist(), tau.tolist(), radii.tolist(), speed)
 
     def _too_fast(self, v: Array, peak: Array) -> str:
         limits = self._limits

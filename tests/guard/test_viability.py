@@ -135,16 +135,10 @@ def test_what_a_certificate_covers_would_pass_a_plan_of_its_own():
         if reason or certificate is None:
             continue
         for _ in range(20):
-            near = arm.state(q + 0.02 * rng.normal(size=7), v + 0.2 * rng.normal(size=7))
-            before = near.v - 1e-3 * rng.normal(size=7)
-            torque = np.array(certificate.tau) + 0.5 * rng.normal(size=7)
-            last = torque + 0.02 * rng.normal(size=7)
-            lists = (each.tolist() for each in (near.v, torque, before, last))
-            if certificate.covers(*lists) and np.linalg.norm(near.q - q) <= 0.05:
+            near = arm.state(q + 0.03 * rng.uniform(-1.0, 1.0, 7), v + 0.3 * rng.normal(size=7))
+            torque = np.array(certificate.tau) + 1.5 * np.array(certificate.radii) * rng.uniform(-1.0, 1.0, 7)
+            if np.linalg.norm(near.q - q) <= 0.05 and certificate.covers(near.v.tolist(), torque.tolist()):
                 covered += 1
                 assert (np.abs(torque) <= arm.torque_limit).all()
-                # The acceleration that a certificate goes by is that of the sample before.
-                acceleration = np.linalg.solve(near.M, torque - near.nle)
-                if np.linalg.norm(acceleration) <= np.linalg.norm(near.v - before) / 1e-3 + 5.0:
-                    assert viability.plan(near, torque, 1e-3).reason == ""
-    assert covered > 100
+                assert viability.plan(near, torque, 1e-3).reason == ""
+    assert covered > 30

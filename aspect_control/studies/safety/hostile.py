@@ -14,7 +14,7 @@ import numpy as np
 from ... import controllers
 from ...arm import Arm, ArmState
 from ...controllers import Controller
-from ...guard import AS_TOLD, Guard
+from ...guard import AS_TOLD, GUARD_FAILED, Guard
 from ...plants import RigidBodyPlant
 from ...redundancy import Array
 from ...simulation import RungeKutta4
@@ -209,6 +209,8 @@ def _broken(tau: Array, last: Array, guard: Guard, dt: float) -> set[str]:
         found.add("torque")
     if not (np.abs(tau - last) <= limits.rate * dt + ROUNDING * limits.torque).all():
         found.add("torque rate")
+    if GUARD_FAILED in guard.status.reason:
+        found.add("guard")
     return found
 
 

@@ -10,10 +10,22 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from . import aspects, controllers, criteria, plants, realtime, redundancy, simulation, studies, trajectories, views
+    from . import (
+        aspects,
+        controllers,
+        criteria,
+        guard,
+        plants,
+        realtime,
+        redundancy,
+        simulation,
+        studies,
+        trajectories,
+        views,
+    )
     from .arm import Arm, ArmState
     from .exceptions import AspectControlError
-    from .guard import Guard
+    from .guard import Blend, Guard, check_reach
     from .realtime import RealTimeLoop
     from .simulation import Run, simulate
     from .studies.study import Study
@@ -25,6 +37,7 @@ __all__ = [
     "Arm",
     "ArmState",
     "AspectControlError",
+    "Blend",
     "Circle",
     "Guard",
     "Hold",
@@ -36,8 +49,10 @@ __all__ = [
     "Trajectory",
     "Waypoints",
     "aspects",
+    "check_reach",
     "controllers",
     "criteria",
+    "guard",
     "plants",
     "realtime",
     "redundancy",
@@ -52,7 +67,7 @@ __all__ = [
 _HOMES = {
     **dict.fromkeys(("Arm", "ArmState"), "arm"),
     "AspectControlError": "exceptions",
-    "Guard": "guard",
+    **dict.fromkeys(("Blend", "Guard", "check_reach"), "guard"),
     "RealTimeLoop": "realtime",
     **dict.fromkeys(("Run", "simulate"), "simulation"),
     "Study": "studies.study",

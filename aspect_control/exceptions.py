@@ -58,6 +58,10 @@ class AspectBorderWarning(UserWarning):
     """A motion starts on the border of an aspect, or is about to come near one."""
 
 
+class WorkspaceWarning(UserWarning):
+    """A path leaves what an arm can reach inside its joint limits."""
+
+
 class UndefinedCriterionWarning(UserWarning):
     """A criterion has no definite gradient where a motion starts."""
 

@@ -79,3 +79,18 @@ def serial_chain(joints):
         model.appendBodyToJoint(joint, pin.Inertia.FromSphere(1.0, 0.1), placement)
     model.addFrame(pin.Frame("tip", joints, 0, placement, pin.FrameType.OP_FRAME))
     return model
+
+
+def planar_arm(lengths, limits):
+    """An arm of parallel axes in the x-y plane: lengths of the links, m, and the range of each joint, rad."""
+    model = pin.Model()
+    model.name = "planar"
+    for i, (before, (lower, upper)) in enumerate(zip([0.0, *lengths[:-1]], limits, strict=True)):
+        placement = pin.SE3(np.eye(3), np.array([before, 0.0, 0.0]))
+        bounds = [np.array([each]) for each in (100.0, 10.0, lower, upper)]
+        joint = model.addJoint(i, pin.JointModelRZ(), placement, f"joint{i + 1}", *bounds)
+        model.addJointFrame(joint)
+        model.appendBodyToJoint(joint, pin.Inertia.FromSphere(1.0, 0.1), pin.SE3(np.eye(3), np.array([0.1, 0.0, 0.0])))
+    tool = pin.SE3(np.eye(3), np.array([lengths[-1], 0.0, 0.0]))
+    model.addFrame(pin.Frame("tool", len(lengths), 0, tool, pin.FrameType.OP_FRAME))
+    return Arm.from_pinocchio(model, frame="tool", task="xy", gravity=(0.0, 0.0, 0.0))

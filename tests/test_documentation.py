@@ -44,8 +44,9 @@ def test_the_python_examples_run(tmp_path, monkeypatch, capsys):
     assert law.torque(names["q"], names["v"], names["target"]).shape == (3,)
 
 
-def test_the_python_examples_of_the_page_on_robots_run_and_print_what_it_says(capsys):
-    text = (ROOT / "docs" / "robots.md").read_text()
+@pytest.mark.parametrize("page", ["reach", "robots", "switching"])
+def test_the_python_examples_of_a_page_run_and_print_what_it_says(page, capsys):
+    text = (ROOT / "docs" / f"{page}.md").read_text()
     names: dict[str, object] = {}
     for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
         exec(block, names)  # noqa: S102

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arm.postures import require_one_redundant_degree
 from ..aspects import stability
-from ..aspects.postures import require_one_redundant_degree
 from ..redundancy import Array, null_vector
 from ..simulation import Run
 

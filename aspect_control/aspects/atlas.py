@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arm import BORDER_TOLERANCE, Arm
+from ..arm.postures import beyond_limits
 from ..checks import whole_number
 from ..exceptions import ParameterError, shown
 from ..redundancy import Array, minor_measure, minors, null_vector
-from .postures import beyond_limits
 from .slices import Slice
 from .stability_map import stability
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arm import BORDER_TOLERANCE, Arm
+from ..arm.postures import beyond_limits, jacobian
 from ..redundancy import Array, minors
-from .postures import beyond_limits, jacobian
 
 _COINCIDENCE = 1e-8
 """Arc length within which sign changes of several minors count as one border, rad."""

@@ -8,11 +8,11 @@ from typing import Any, Protocol, TypeAlias, runtime_checkable
 import numpy as np
 
 from ..arm import Arm, ArmState
+from ..arm.postures import jacobian, project, task_error
 from ..arm.tasks import TaskValue
 from ..criteria import make
 from ..exceptions import ParameterError
 from ..redundancy import Array
-from .postures import jacobian, project, task_error
 
 
 @runtime_checkable

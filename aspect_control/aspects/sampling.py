@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import Arm
+from ..arm.inverse_kinematics import damped_least_squares
+from ..arm.postures import jacobian, project, sampling_range, task_error, wrap_into_limits
 from ..arm.tasks import TaskValue
 from ..checks import finite_vector, positive, whole_number
 from ..exceptions import NotRedundantError, UnreachableError
 from ..redundancy import Array, aspect_signature, minor_measure, minors, null_space_basis
-from .postures import jacobian, project, sampling_range, task_error, wrap_into_limits
 
 MAX_COUNT = 1_000_000
 """The most postures that are looked for at once."""
@@ -25,6 +26,9 @@ _ATTEMPTS = 30
 
 _HOPELESS = 150
 """Attempts without any success after which the task value counts as out of reach."""
+
+_NEAREST_STARTS = 12
+"""Random postures from which the nearest to a task value out of reach is looked for."""
 
 _TANGENT_STEP = 1.0
 """Longest step along the self-motion from one posture to a next, rad."""
@@ -110,8 +114,7 @@ def sample_self_motion(
     x = arm.coordinates.checked("x", x)
     count, seed = whole_number("count", count, 1, MAX_COUNT), whole_number("seed", seed, 0)
     lower, upper = search_box(arm, near, within)
-    widest = sampling_range(arm)
-    low, high = np.where(np.isfinite(lower), lower, widest[0]), np.where(np.isfinite(upper), upper, widest[1])
+    low, high = sampling_range(arm, (lower, upper))
     rng = np.random.default_rng(seed)
     found: list[Array] = []
     centre = None if near is None else project(arm, finite_vector("near", near, arm.nv), x)
@@ -159,19 +162,9 @@ def search_box(arm: Arm, near: ArrayLike | None, within: float) -> tuple[Array, 
 
 def _out_of_reach(arm: Arm, x: TaskValue, lower: Array, upper: Array, rng: Any) -> str:
     """Say how near the task frame comes to a task value that was not reached."""
-    from scipy.optimize import least_squares
-
-    best = np.inf
-    error = np.full(arm.task_dim, np.inf)
-    for _ in range(12):
-        fit = least_squares(
-            lambda positions: -task_error(arm, positions, x),
-            rng.uniform(lower, upper),
-            jac=lambda positions: jacobian(arm, positions),
-            bounds=(lower, upper),
-        )
-        if fit.cost < best:
-            best, error = fit.cost, task_error(arm, fit.x, x)
+    starts = (rng.uniform(lower, upper) for _ in range(_NEAREST_STARTS))
+    found = [damped_least_squares(arm, x, start, (lower, upper)) for start in starts]
+    error = min(found, key=lambda each: each.distance).error
     rows = arm.coordinates.position_rows, arm.coordinates.rotation_rows
     distances = [
         f"{np.linalg.norm(error[row]):.3g} {unit}" for row, unit in zip(rows, ("m", "rad"), strict=True) if row

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arm import Arm
+from ..arm.postures import beyond_limits, jacobian, project, require_one_redundant_degree, task_error, wrap_angles
 from ..arm.tasks import TaskValue
 from ..checks import positive
 from ..exceptions import ParameterError, RankLossError
@@ -23,7 +24,6 @@ from .crossings import (
     border_crossings,
     limit_crossings,
 )
-from .postures import beyond_limits, jacobian, project, require_one_redundant_degree, task_error, wrap_angles
 
 RANK_TOLERANCE = 1e-6
 """Ratio of the smallest to the largest singular value of J at which the self-motion ends for loss of rank."""

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import Arm
+from ..arm.postures import jacobian, sampling_range, wrap_angles
 from ..checks import known_name
 from ..exceptions import JointNotFoundError, ParameterError
 from ..redundancy import Array, minors, null_vector
-from .postures import jacobian, sampling_range, wrap_angles
 from .self_motion import SelfMotion, self_motion
 
 _SWEEP = 60

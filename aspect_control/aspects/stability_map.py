@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import Arm
+from ..arm.postures import require_one_redundant_degree
 from ..redundancy import Array, null_vector, null_vector_derivative, stability_coefficient
-from .postures import require_one_redundant_degree
 from .self_motion import SelfMotion
 
 

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm import BORDER_TOLERANCE, Arm
+from ..arm.postures import jacobian, task_error, wrap_angles, wrap_into_limits
 from ..arm.tasks import TaskValue
 from ..exceptions import ParameterError, RankLossError
 from ..redundancy import Array, minors
 from .objective import Criterion, Objective
-from .postures import jacobian, task_error, wrap_angles, wrap_into_limits
 from .sampling import SelfMotionSample, sample_self_motion, search_box
 from .self_motion import SelfMotion, self_motion
 

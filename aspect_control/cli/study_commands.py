@@ -107,12 +107,14 @@ def make_runs(study: Study, folder: Path, *, workers: int | None = None, yes: bo
         ParameterError: If it takes long and was not confirmed.
         AspectControlError: As `Study.run` does.
     """
+    from ..checks import whole_number
+    from ..studies.engine import MOST_WORKERS
     from ..studies.estimate import time_estimate
     from ..studies.shards import ShardFolder
     from ..views.progress import describe_time, study_progress
     from ..views.screen import confirm_long_run, processors
 
-    workers = processors() if workers is None else workers
+    workers = processors() if workers is None else whole_number("workers", workers, 1, MOST_WORKERS)
     begun = ShardFolder(study, folder)
     missing = 1.0 if how.get("resume") is False else begun.missing(how.get("shard")) / study.runs
     if missing:

@@ -70,7 +70,7 @@ class Controller(ABC):
     def __init_subclass__(cls) -> None:
         """Note the names of the law's parameters."""
         super().__init_subclass__()
-        cls._parameter_names = frozenset(signature(cls).parameters)
+        cls._parameter_names = cls._parameter_names | frozenset(signature(cls).parameters)
 
     def __setattr__(self, name: str, value: Any) -> None:
         """Set an attribute; a parameter is set once, when the law is made, so that what is recorded is what counts."""

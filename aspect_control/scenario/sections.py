@@ -231,7 +231,7 @@ class LimitsSection(Section):
         Raises:
             AspectControlError: As `simulation.events.create` does, or if an event does not fit the arm.
         """
-        events: list[Event] = [Diverged(self.speed), WorkspaceLeft(), TrackingLost(self.tracking)]
+        events: list[Event] = [WorkspaceLeft(), Diverged(self.speed), TrackingLost(self.tracking)]
         if self.manipulability is not None:
             events.append(Singular(self.manipulability))
         if self.torque is not None:

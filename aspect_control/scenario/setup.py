@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,8 @@ import numpy as np
 from ..arm import Arm
 from ..checks import finite_vector
 from ..controllers import Controller
+from ..exceptions import WorkspaceWarning
+from ..guard import Reach, check_reach
 from ..plants import Plant
 from ..redundancy import Array
 from ..simulation import Event, Integrator, Run, Sample, completed, simulate
@@ -51,6 +54,14 @@ class Setup:
     saturation: Array | None = None
     description: str = ""
 
+    def reach(self) -> Reach:
+        """Return whether the arm can reach all of the path inside its joint limits, and if not, where it leaves.
+
+        Raises:
+            AspectControlError: As `check_reach` does.
+        """
+        return check_reach(self.arm, self.trajectory, self.q0)
+
     def run(self, progress: Callable[[str, float], None] | None = None) -> dict[str, Run]:
         """Run every law and return the runs by their labels.
 
@@ -71,8 +82,9 @@ class Setup:
         before: Callable[[str, Controller], None] | None = None,
         watch: Callable[[str], Callable[[Sample], None]] | None = None,
     ) -> None:
-        """Run every law and hand each run over as soon as it is there.
+        """Run every law and hand each run over as soon as it is there; first say where the path leaves the workspace.
 
+        That is a `WorkspaceWarning`; a run ends there only if no posture at all reaches farther, see `WorkspaceLeft`.
         One that Ctrl-C or an exception in `watch` or `progress` interrupts is handed over too, and is the last.
 
         Args:
@@ -85,6 +97,9 @@ class Setup:
             AspectControlError: As `simulate` does.
             BaseException: What interrupted the last run: `run.error`.
         """
+        reach = self.reach()
+        if not reach.reachable:
+            warnings.warn(reach.message, WorkspaceWarning, stacklevel=2)
         for i, (label, law) in enumerate(self.laws.items()):
             if before is not None:
                 before(label, law)

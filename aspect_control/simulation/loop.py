@@ -101,6 +101,7 @@ def simulate(
             f"the arm's task {arm.task} has {arm.task_dim}: give one number for each"
         )
     ends, body, method = _events_of(arm, events), _plant_of(arm, plant), INTEGRATORS.make(integrator, arm)
+    ends = [each.begin(arm, trajectory, q) for each in ends]
     start, task = arm.task_position(q), arm.coordinates
     recorder = Recorder(arm, np.arange(samples, dtype=np.float64) * dt)
     report_every = max(1, samples // 100)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from itertools import product
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -73,7 +73,7 @@ class StudyDefinition(Section):
             stands for every combination of its values; several tables follow one another.
         endings: Names of the events that end a run, among those of each scenario; left out for all of them.
         saturation: Whether the motors' limits of the scenarios hold.
-        report: What `study report` makes of the table; see `aspect-control study report --help`.
+        report: What `study report` makes of the table, one of `views.reports.report_files.REPORTS`.
         folder: Where the file is, for paths relative to it.
     """
 
@@ -84,7 +84,7 @@ class StudyDefinition(Section):
     grid: Annotated[list[Grid], Field(default_factory=list)]
     endings: list[str] | None = None
     saturation: bool = True
-    report: str = "summary"
+    report: Literal["summary", "hypothesis", "survey", "comparison"] = "summary"
     folder: Path = Path()
 
     @model_validator(mode="after")

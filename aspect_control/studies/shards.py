@@ -97,7 +97,7 @@ class ShardFolder:
 
     def clear(self) -> None:
         """Remove the chunks of this study."""
-        for path in sorted((self.folder / "shards").glob("*.parquet")):
+        for path in sorted((self.folder / "shards").glob("[0-9]*.parquet")):
             path.unlink()
 
     def table(self) -> pa.Table:
@@ -164,7 +164,7 @@ def read_folder(folder: Path) -> pa.Table:
         OutputError: If a file is cut short.
     """
     record = read_record(folder)
-    paths = sorted((folder / "shards").glob("*.parquet"))
+    paths = sorted((folder / "shards").glob("[0-9]*.parquet"))
     if not paths:
         raise StudyError(f"{folder} has no runs yet")
     return in_order([read_shard(path, record["hash"]) for path in paths])

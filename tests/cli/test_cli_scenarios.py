@@ -130,6 +130,21 @@ def test_start_on_a_border_is_a_warning_of_one_line_that_names_minors_and_joints
     assert {path.name for path in (tmp_path / "out").iterdir()} == files_of("jmdc")
 
 
+def test_where_a_path_leaves_the_workspace_is_the_first_line_of_standard_error(tmp_path):
+    settings = ("simulation.dt=0.02", "trajectory.displacement=[3, 0]", 'controllers=[{name = "damped-null-space"}]')
+    done = run("run", "planar3r", "--out", tmp_path / "out", *(part for each in settings for part in ("--set", each)))
+    assert done.returncode == 0, done.stderr
+    first = done.stderr.splitlines()[0]
+    # The start is at (1.286, -0.532): its height is kept, and 3 m from the first joint is where the arm ends.
+    assert re.fullmatch(
+        r"aspect-control: warning: the path leaves the workspace at t = \S+ s, 55.6 % along it, at \(2.952, -0.5321\); "
+        r"at the worst it is 1.32 m beyond what 'planar3r' can reach",
+        first,
+    )
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["controllers"]
+    assert summary["damped-null-space"]["status"] == "workspace left"
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

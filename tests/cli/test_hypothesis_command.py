@@ -113,7 +113,7 @@ def test_ctrl_c_ends_with_status_130_and_what_was_computed_is_written(tmp_path):
     )
     try:
         patience = time.monotonic() + 120.0
-        while not list(tmp_path.glob("shards/*.parquet")) and process.poll() is None and time.monotonic() < patience:
+        while not list(tmp_path.glob("shards/0*.parquet")) and process.poll() is None and time.monotonic() < patience:
             time.sleep(0.01)
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=60.0)

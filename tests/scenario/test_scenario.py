@@ -341,7 +341,7 @@ def test_without_saturation_the_same_motion_asks_for_more(tmp_path):
     [
         ("limits.speed=0.05", "diverged", "limit 0.05 rad/s"),
         ("limits.tracking=1e-6", "tracking lost", "limit 1e-06 m"),
-        ("trajectory.displacement=[9, 0]", "tracking lost", "the path leaves the workspace"),
+        ("trajectory.displacement=[9, 0]", "workspace left", "the path leaves the workspace"),
         ("limits.manipulability=1e3", "singular", "limit 1000"),
         ("limits.torque=5", "torque limit", "limit 5 N m"),
         ("limits.torque=[1e3, 1e3, 5]", "torque limit", "'joint3', limit 5 N m"),
@@ -349,6 +349,7 @@ def test_without_saturation_the_same_motion_asks_for_more(tmp_path):
         ("limits.joints=true", "joint limit", "is outside its limits [-2.46, 2.46]"),
     ],
 )
+@pytest.mark.filterwarnings("ignore::aspect_control.exceptions.WorkspaceWarning")
 def test_limit_ends_a_run_with_its_status_and_says_why(tmp_path, setting, status, words):
     planar_urdf(tmp_path / "arm.urdf", 'lower="-2.46" upper="2.46" effort="4" velocity="9"')
     settings = ["simulation.dt=5e-3", "trajectory.displacement=[-0.1, 0]", setting]

@@ -6,7 +6,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aspect_control.exceptions import ParameterError, ShapeError, UnknownNameError
+from aspect_control.exceptions import ParameterError, ShapeError, UnknownNameError, WorkspaceWarning
 from aspect_control.plants import RigidBodyPlant
 from aspect_control.scenario import load_scenario
 from aspect_control.simulation import Diverged, JointLimit, TorqueLimit, simulate
@@ -98,3 +98,33 @@ def test_what_does_not_fit_is_refused_when_it_is_built(setting, error, words):
     scenario = load_scenario("planar3r", [setting])
     with pytest.raises(error, match=words):
         scenario.build()
+
+
+# Reach
+
+
+def test_where_the_path_leaves_the_workspace_is_said_once_before_the_runs():
+    setup = load_scenario("planar3r", [*FAST, "trajectory.displacement=[3.0, 0.0]"]).build()
+    reach = setup.reach()
+    assert not reach.reachable
+    runs = []
+    with pytest.warns(WorkspaceWarning) as caught:
+        setup.run_each(lambda label, run: runs.append(run), before=lambda label, law: runs.append(len(caught)))
+    assert [str(each.message) for each in caught] == [reach.message]
+    assert runs[0] == 1, "the warning comes first"
+    assert {run.status for run in runs[1::2]} <= {"workspace left", "diverged"}
+    assert {"workspace left"} <= {run.status for run in runs[1::2]}
+
+
+def test_a_path_in_reach_is_nothing_to_warn_of(setup):
+    assert setup.reach().reachable
+
+
+def test_a_path_beyond_joint_limits_alone_is_said_and_run_to_its_end():
+    # Joint 2 would have to lean farther than it can.
+    start = np.deg2rad([-73.0, 94.0, 8.0, -78.0, 96.0, 146.0, 120.0]).tolist()
+    changes = ["robot.frame=panda_hand", f"start.positions={start}", "trajectory.displacement=[0.008, 0.226, -0.106]"]
+    setup = load_scenario("panda-xyz", ["simulation.dt=5e-3", *changes]).build(laws=["pseudoinverse"])
+    with pytest.warns(WorkspaceWarning, match="with joint 'panda_joint2' at its limit; .* inside its joint limits$"):
+        (run,) = setup.run().values()
+    assert run.status == "finished"

@@ -10,9 +10,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from aspect_control import Arm, Run, StraightLine, controllers, simulate
+from aspect_control import Arm, Run, StraightLine, Target, controllers, simulate
 from aspect_control.analysis import summarize
 from aspect_control.exceptions import ParameterError, ShapeError, UnknownNameError
+from aspect_control.guard import check_reach
 from aspect_control.plants import RigidBodyPlant
 from aspect_control.resources import model_path
 from aspect_control.simulation import (
@@ -21,6 +22,7 @@ from aspect_control.simulation import (
     Event,
     JointLimit,
     RungeKutta4,
+    Sample,
     Singular,
     TorqueLimit,
     TrackingLost,
@@ -171,11 +173,11 @@ CASES = {
         OUTWARD,
         {"q0": Q0},
         WorkspaceLeft(),
-        "tracking lost",
+        "workspace left",
         lambda run: np.hypot(*run.x_desired.T),
         3.0,
-        r"the target is (\S+) m from the first joint",
-        "m beyond the reach of 3 m",
+        r"at the worst it is (\S+) m beyond",
+        "what 'planar3r' can reach",
     ),
 }
 
@@ -207,7 +209,11 @@ def test_only_the_last_sample_is_beyond_the_limit(ended):
 def test_the_message_has_what_was_measured_and_the_limit(ended):
     case, run, _ = ended
     (number,) = re.search(case.number, run.message).groups()
-    measured = run.q[-1, 0] if case.status == "joint limit" else abs(case.measure(run)[-1])
+    measured = abs(case.measure(run)[-1])
+    if case.status == "joint limit":
+        measured = run.q[-1, 0]
+    if case.status == "workspace left":  # the end of the line, which lies ahead
+        measured = np.hypot(*(START + case.trajectory.displacement)) - case.limit
     # At least three digits are printed.
     assert abs(float(number)) == pytest.approx(measured, rel=5e-3)
     assert case.says in run.message
@@ -262,8 +268,8 @@ def test_the_earliest_event_ends_the_run_whatever_the_order():
 
 
 def test_the_default_events_are_divergence_the_workspace_and_tracking():
-    assert [type(event) for event in DEFAULT_EVENTS] == [Diverged, WorkspaceLeft, TrackingLost]
-    assert (DEFAULT_EVENTS[0].speed, DEFAULT_EVENTS[2].distance) == (1e3, 0.5)
+    assert [type(event) for event in DEFAULT_EVENTS] == [WorkspaceLeft, Diverged, TrackingLost]
+    assert (DEFAULT_EVENTS[1].speed, DEFAULT_EVENTS[2].distance) == (1e3, 0.5)
 
 
 # Events by name
@@ -342,11 +348,14 @@ def crossing_of_the_circle(displacement, duration):
 def test_a_line_that_leaves_the_disc_ends_the_run_where_it_does(displacement, name):
     run = simulate(law(name), StraightLine(displacement, 2.0), q0=Q0, dt=2e-3)
     expected = crossing_of_the_circle(np.array(displacement), 2.0)
-    assert run.status == "tracking lost"
+    assert run.status == "workspace left"
     assert 0.0 <= run.t[-1] - expected <= 2e-3
-    time, beyond = re.search(r"t = (\S+) s: the path leaves the workspace.* (\S+) m beyond", run.message).groups()
-    assert float(time) == pytest.approx(run.t[-1], rel=1e-6)
-    assert float(beyond) == pytest.approx(np.hypot(*run.x_desired[-1]) - 3.0, rel=6e-3)
+    ended, time, beyond = re.search(
+        r"t = (\S+) s: the path leaves the workspace at t = (\S+) s, .* (\S+) m beyond", run.message
+    ).groups()
+    assert float(ended) == pytest.approx(run.t[-1], rel=1e-6)
+    assert float(time) == pytest.approx(expected, abs=1e-5)
+    assert float(beyond) == pytest.approx(np.hypot(*(START + displacement)) - 3.0, rel=6e-3)
     assert all(np.isfinite(getattr(run, each)).all() for each in ARRAYS)
 
 
@@ -359,24 +368,54 @@ def test_the_very_edge_of_the_workspace_belongs_to_it():
     assert run.status == "finished"
 
 
-def test_the_workspace_is_measured_from_the_first_joint_in_the_task_s_coordinates_only():
-    # The panda's first joint is 0.333 m above the world's origin: its height is no part of the task.
-    arm = Arm.from_example("panda", frame="panda_hand", task="xy")
+@pytest.mark.parametrize("name", ["pseudoinverse", "damped-null-space", "jmdc", "qp"])
+@pytest.mark.parametrize("task", ["xy", "xyz", "pose"])
+def test_a_calm_law_does_not_diverge_before_the_path_leaves_what_a_real_arm_can_reach(name, task):
+    arm = Arm.from_example("panda", frame="panda_hand", task=task)
     q0 = np.array([0.3, -0.6, 0.4, -2.0, 0.5, 1.8, 0.6])
-    away = arm.task_position(q0) / np.linalg.norm(arm.task_position(q0))
-    run = simulate(controllers.create("jmdc", arm), StraightLine(2.0 * away, 1.0), q0=q0, events=[WorkspaceLeft()])
-    assert run.status == "tracking lost"
-    assert np.linalg.norm(run.x_desired[-2]) <= arm.reach < np.linalg.norm(run.x_desired[-1])
+    line = StraightLine(np.array([0.5, 1.0, 0.7, 0.2, 0.1, 0.0])[: arm.task_dim], 1.0, profile="quintic")
+    run = simulate(controllers.create(name, arm), line, q0=q0, dt=2e-3)
+    assert run.status == "workspace left"
+    # The sum of all links is farther away than the arm gets.
+    x = run.x_desired[-1][: len(arm.coordinates.position_axes)]
+    assert np.linalg.norm(x - arm.kinematics.first_joint_in_task) < 0.95 * arm.reach
 
 
-def test_a_pose_that_is_out_of_reach_leaves_the_workspace():
-    arm = Arm.from_example("panda", frame="panda_hand", task="pose")
-    q0 = np.array([0.3, -0.6, 0.4, -2.0, 0.5, 1.8, 0.6])
-    line = StraightLine([0.0, 0.0, 1.5, 0.2, 0.0, 0.0], 1.0)
-    run = simulate(controllers.create("jmdc", arm), line, q0=q0, dt=2e-3, events=[WorkspaceLeft()])
-    assert run.status == "tracking lost"
-    distance = np.linalg.norm(run.x_desired[:, :3] - [0.0, 0.0, 0.333], axis=1)
-    assert distance[-2] <= arm.reach < distance[-1]
+def test_joint_limits_alone_end_no_run():
+    # Joint 2 would have to lean farther than it can.
+    q0 = np.deg2rad([-73.0, 94.0, 8.0, -78.0, 96.0, 146.0, 120.0])
+    line = StraightLine([0.008, 0.226, -0.106], 1.0, profile="quintic")
+    assert check_reach(PANDA, line, q0).joint == "panda_joint2"
+    assert check_reach(PANDA, line, q0, joint_limits=False).reachable
+    assert simulate(controllers.create("damped-null-space", PANDA), line, q0=q0, dt=5e-3).status == "finished"
+
+
+def test_a_target_alone_leaves_the_workspace_too():
+    far, near = (Target(x, np.zeros(2), np.zeros(2)) for x in ([3.0, 1.0], [2.0, 1.0]))
+    samples = [Sample(ARM, 0.0, Q0, np.zeros(3), np.zeros(3), target) for target in (far, near)]
+    assert WorkspaceLeft().check(samples[0]) == "the target (3, 1) is 0.162 m beyond what 'planar3r' can reach"
+    assert WorkspaceLeft().check(samples[1]) is None
+
+
+def test_an_event_looks_at_the_motion_before_it_starts_and_carries_nothing_to_the_next():
+    class Halfway(Event):
+        status = "halfway"
+
+        def __init__(self, time=None):
+            self.time = time
+
+        def begin(self, arm, trajectory, q0):
+            np.testing.assert_array_equal(q0, Q0)
+            return Halfway(trajectory.duration / 2.0)
+
+        def check(self, sample):
+            return "seen enough" if sample.t >= self.time else None
+
+    event = Halfway()
+    for duration in (0.2, 0.1):
+        run = simulate(law("jmdc"), StraightLine([0.1, 0.1], duration), q0=Q0, dt=1e-2, events=[event])
+        assert run.message == f"halfway at t = {duration / 2.0:g} s: seen enough"
+    assert event.time is None
 
 
 # At the first sample

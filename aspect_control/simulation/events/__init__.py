@@ -26,5 +26,5 @@ __all__ = [
     "parameter_names",
 ]
 
-DEFAULT_EVENTS: tuple[Event, ...] = (Diverged(), WorkspaceLeft(), TrackingLost())
+DEFAULT_EVENTS: tuple[Event, ...] = (WorkspaceLeft(), Diverged(), TrackingLost())
 """What ends a run unless told otherwise."""

@@ -8,7 +8,7 @@ from typing import ClassVar, NamedTuple
 from ...arm import Arm
 from ...arm.tasks import TaskValue
 from ...redundancy import Array
-from ...trajectories import Target
+from ...trajectories import Target, Trajectory
 
 
 class Sample(NamedTuple):
@@ -49,6 +49,18 @@ class Event(ABC):
 
     def require_fits(self, arm: Arm) -> None:  # noqa: B027
         """Raise an error of ours if the event does not fit the arm; called before the run starts."""
+
+    def begin(self, arm: Arm, trajectory: Trajectory, q0: Array) -> Event:
+        """Return the event for one motion, before it starts: this one, or one that knows the motion.
+
+        What is found out about the motion belongs to what is returned: the event itself may serve many runs.
+
+        Args:
+            arm: The arm.
+            trajectory: What the task is to do.
+            q0: Joint configuration at the start, shape (nq,), rad.
+        """
+        return self
 
     @abstractmethod
     def check(self, sample: Sample) -> str | None:

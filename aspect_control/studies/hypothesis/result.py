@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cases import Place
 from ..rows import ERROR
-from ..study import Place, Study
+from ..study import Study
 from .aspect_table import AspectTable, paired_difference, rank_correlation
 from .condition import Condition
 from .hypothesis_study import ABLATION

@@ -86,9 +86,7 @@ def _sufficient(conditions: Sequence[Condition]) -> str:
         return "Sufficient? No run kept its aspect, so that nothing can be said."
     cells = [cell for cell in _cells(conditions) if _share(cell, "exploded_if_kept").total]
     widest = max(cells, key=lambda cell: _share(cell, "exploded_if_kept").high)
-    bound = (
-        f"the highest upper end of an interval is {_share(widest, 'exploded_if_kept').high:.2g} ({_named(widest)})"
-    )
+    bound = f"the highest upper end of an interval is {_share(widest, 'exploded_if_kept').high:.2g} ({_named(widest)})"
     if not burst:
         return f"Sufficient? Nothing here contradicts it: none of the {kept:,} runs that kept it exploded; {bound}."
     where = [cell for cell in cells if table_of(*cell)["kept_exploded"]]

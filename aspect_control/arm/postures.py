@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arm import Arm
-from ..arm.tasks import TaskValue
 from ..exceptions import ParameterError
 from ..redundancy import Array, pseudoinverse
+from .arm import Arm
+from .tasks import TaskValue
 
 TASK_TOLERANCE = 1e-12
 """Task error at which a posture counts as one of the task value, m and rad."""
@@ -114,12 +114,16 @@ def wrap_into_limits(arm: Arm, positions: Array) -> Array:
     return result
 
 
-def sampling_range(arm: Arm) -> tuple[Array, Array]:
+def sampling_range(arm: Arm, box: tuple[Array, Array] | None = None) -> tuple[Array, Array]:
     """Return the range in which random joint positions are drawn, shapes (nv,), rad.
 
-    The joint limits; a turn for an angle without, the arm's reach (or 1 m) to both sides for a prismatic joint without.
+    The box; a turn for an angle without, the arm's reach (or 1 m) to both sides for a prismatic joint without.
+
+    Args:
+        arm: The arm.
+        box: Smallest and largest joint positions, shapes (nv,), rad, infinite for none; None for the joint limits.
     """
-    lower, upper = arm.position_limits
+    lower, upper = arm.position_limits if box is None else box
     free = arm.reach if np.isfinite(arm.reach) else 1.0
     widest = np.where(arm.prismatic, free, np.pi)
     return np.where(np.isfinite(lower), lower, -widest), np.where(np.isfinite(upper), upper, widest)

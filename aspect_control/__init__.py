@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     )
     from .arm import Arm, ArmState
     from .exceptions import AspectControlError
-    from .guard import Blend, check_reach
+    from .guard import Blend, Guard, check_reach
     from .realtime import RealTimeLoop
     from .simulation import Run, simulate
     from .studies.study import Study
@@ -39,6 +39,7 @@ __all__ = [
     "AspectControlError",
     "Blend",
     "Circle",
+    "Guard",
     "Hold",
     "RealTimeLoop",
     "Run",
@@ -66,7 +67,7 @@ __all__ = [
 _HOMES = {
     **dict.fromkeys(("Arm", "ArmState"), "arm"),
     "AspectControlError": "exceptions",
-    **dict.fromkeys(("Blend", "check_reach"), "guard"),
+    **dict.fromkeys(("Blend", "Guard", "check_reach"), "guard"),
     "RealTimeLoop": "realtime",
     **dict.fromkeys(("Run", "simulate"), "simulation"),
     "Study": "studies.study",

@@ -33,7 +33,8 @@ MAY_IMPORT = {
     "aspects": {"arm", "criteria", "redundancy"},
     "analysis": {"arm", "aspects", "controllers", "plants", "redundancy", "simulation", "trajectories"},
     "scenario": {"arm", "controllers", "guard", "plants", "redundancy", "simulation", "trajectories"},
-    "studies": {"analysis", "arm", "controllers", "redundancy", "scenario", "simulation", "trajectories"},
+    "studies": {"analysis", "arm", "controllers", "guard", "plants", "redundancy", "scenario", "simulation"}
+    | {"trajectories"},
     "views": {"analysis", "arm", "aspects", "redundancy", "simulation", "studies", "trajectories"},
     "cli": {"analysis", "arm", "aspects", "controllers", "criteria", "plants", "scenario", "simulation", "studies"}
     | {"trajectories", "views"},

@@ -125,7 +125,24 @@ class Controller(ABC):
             NotResetError: If the law has memory and `reset` was not called.
         """
         self.require_target(target)
-        state, memory = self.arm.state(q, v), self.memory
+        return self.torque_at(self.arm.state(q, v), target)
+
+    def torque_at(self, state: ArmState, target: Target) -> Array:
+        """Return the joint torque at a state of the arm: `torque` for a caller that has the state, such as a guard.
+
+        Args:
+            state: The arm's state, `arm.state(q, v)`.
+            target: What the task is to do now, a target that `require_target` takes.
+
+        Returns:
+            τ, shape (nv,), N m. Always finite.
+
+        Raises:
+            ShapeError: If the torque has the wrong shape.
+            NonFiniteError: If the torque is not finite.
+            NotResetError: If the law has memory and `reset` was not called.
+        """
+        memory = self.memory
         try:
             tau = self.command(state, target)
             if type(tau) is not np.ndarray or tau.shape != state.v.shape or not is_finite(tau):

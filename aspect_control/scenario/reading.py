@@ -14,12 +14,18 @@ from ..exceptions import ScenarioError, shown
 from ..resources import scenario_paths
 from .explanation import Form
 from .scenario import Scenario
-from .sections import ControllerSection, LimitsSection, RobotSection, SimulationSection, StartSection
+from .sections import ControllerSection, GuardSection, LimitsSection, RobotSection, SimulationSection, StartSection
 from .toml_file import parse_toml, read_toml, require_shallow
 
 SCENARIO_FORM = Form(
     Scenario,
-    {"robot": RobotSection, "start": StartSection, "simulation": SimulationSection, "limits": LimitsSection},
+    {
+        "robot": RobotSection,
+        "start": StartSection,
+        "guard": GuardSection,
+        "simulation": SimulationSection,
+        "limits": LimitsSection,
+    },
     ("controllers", "events", "trajectory"),
     (ControllerSection,),
 )

@@ -16,6 +16,7 @@ from ..simulation.integrators.registry import INTEGRATORS
 from .sections import (
     ControllerSection,
     EventSection,
+    GuardSection,
     LimitsSection,
     RobotSection,
     Section,
@@ -38,6 +39,7 @@ class Scenario(Section):
         start: Where it starts.
         trajectory: What the task is to do.
         controllers: The laws to run.
+        guard: The guard around every law; None for bare laws.
         simulation: Sampling and plant.
         limits: What ends a run early.
         events: What else ends a run early, by name.
@@ -49,6 +51,7 @@ class Scenario(Section):
     start: StartSection
     trajectory: TrajectorySection
     controllers: Annotated[list[ControllerSection], Field(min_length=1)]
+    guard: GuardSection | None = None
     simulation: SimulationSection = SimulationSection()
     limits: LimitsSection = LimitsSection()
     events: Annotated[list[EventSection], Field(default_factory=list)]
@@ -77,17 +80,18 @@ class Scenario(Section):
         labels = [each.run_label for each in self.controllers]
         wanted = labels if laws is None else [known_name(label, labels, "law") for label in laws]
         arm = build_arm(self.robot, self.folder)
-        simulation, saturation = self.simulation, self.simulation.saturation
+        simulation, saturation, guard = self.simulation, self.simulation.saturation, self.guard
+        made = {
+            each.run_label: controllers.create(each.name, arm, **each.parameters)
+            for each in self.controllers
+            if each.run_label in wanted
+        }
         return Setup(
             arm=arm,
             q0=start_configuration(self.start, arm),
             v0=start_velocity(self.start, arm),
             trajectory=self.trajectory.build(),
-            laws={
-                each.run_label: controllers.create(each.name, arm, **each.parameters)
-                for each in self.controllers
-                if each.run_label in wanted
-            },
+            laws=made if guard is None else {label: guard.around(law) for label, law in made.items()},
             events=tuple(self.limits.events(arm, self.events)),
             plant=PLANTS.make(simulation.plant, arm),
             dt=simulation.dt,

@@ -11,7 +11,9 @@ from pydantic_core import InitErrorDetails
 
 from .. import trajectories
 from ..arm import Arm
+from ..controllers import Controller
 from ..exceptions import AspectControlError, UnknownNameError
+from ..guard import Guard
 from ..simulation import (
     Diverged,
     Event,
@@ -28,6 +30,7 @@ SHORT_KINDS = {"line": StraightLine.name}
 """Other names that the trajectories have in scenario files."""
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+Limit = Annotated[float, Field(gt=0.0)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
@@ -167,6 +170,38 @@ class SimulationSection(Section):
     integrator: str | dict[str, Any] = "rk4"
     plant: str | dict[str, Any] = "rigid-body"
     saturation: Literal["urdf"] | Positive | list[Positive] | None = None
+
+
+class GuardSection(Section):
+    """`[guard]`: a guard around every law; see `Guard`. A number may be infinite, for no limit.
+
+    Attributes:
+        torque: Largest |τ|, N m: a number, one a joint, or "urdf" for the robot's own.
+        torque_rate: Largest |dτ/dt|, N m/s; left out for any.
+        speed: Largest |θ̇|, rad/s: a number, one a joint, or "urdf".
+        position: Lower and upper limit, rad, each a number or one a joint, or "urdf".
+        acceleration: Largest |θ̈|, rad/s²; left out for any.
+        tracking: Largest distance of the task frame from its target, m (rad for rotations).
+        jump: Largest jump of the target in one sample beyond the motion that it announces, m.
+        distance: Largest distance of the target from the first joint, m; left out for the arm's reach.
+    """
+
+    torque: Literal["urdf"] | Limit | list[Limit] = "urdf"
+    torque_rate: Limit | list[Limit] | None = None
+    speed: Literal["urdf"] | Limit | list[Limit] = "urdf"
+    position: Literal["urdf"] | Annotated[list[float | list[float]], Field(min_length=2, max_length=2)] = "urdf"
+    acceleration: Limit | list[Limit] | None = None
+    tracking: Positive = 0.1
+    jump: Positive = 0.02
+    distance: Positive | None = None
+
+    def around(self, law: Controller) -> Guard:
+        """Return a guard around a law.
+
+        Raises:
+            AspectControlError: As `Guard` does.
+        """
+        return Guard(law, **dict(self))
 
 
 class LimitsSection(Section):

@@ -14,6 +14,7 @@ from ..arm import Arm
 from ..checks import finite_vector, positive
 from ..controllers import Controller
 from ..exceptions import NonFiniteError, ParameterError, ShapeError, shown
+from ..guard import Guard
 from ..limits import joint_limit
 from ..plants import Plant, RigidBodyPlant
 from ..plants.registry import PLANTS
@@ -48,6 +49,7 @@ def simulate(
     and why it ended:
 
     - by an event, with the event's own status;
+    - as `"stopped"` by a `Guard` around the law, once the arm is at rest; while it brakes, no event ends the run;
     - as `"diverged"`, whatever the events, when a state or a torque is no longer finite;
     - as `"interrupted"` by the user's Ctrl-C, and as `"failed"` by an exception in `watch`, an event or `progress`:
       `run.error` is what was raised, so that `raise run.error` goes on with it.
@@ -119,7 +121,8 @@ def simulate(
             sample = Sample(arm, t, q, v, read_only_view(tau), target)
             if watch is not None:
                 _call("watch", watch, sample)
-            ended = _event_at(sample, ends)
+            guard = controller if isinstance(controller, Guard) and controller.brakes else None
+            ended = _event_at(sample, ends) if guard is None else _stopped(guard, t, last=i == samples - 1)
             if ended is not None:
                 end = ended
                 break
@@ -227,6 +230,11 @@ def _event_at(sample: Sample, events: Sequence[Event]) -> _End | None:
         if reason is not None:
             return _End(event.status, sample.t, reason)
     return None
+
+
+def _stopped(guard: Guard, t: float, *, last: bool) -> _End | None:
+    """Return the end that a guard brings about that brakes, once the arm is at rest or the motion is over."""
+    return _End("stopped", t, guard.status.reason) if last or guard.status.state == "stopped" else None
 
 
 def _samples(duration: float, dt: float) -> int:

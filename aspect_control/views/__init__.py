@@ -21,6 +21,7 @@ from .reports.comparison_report import comparison_report
 from .reports.hypothesis_report import hypothesis_report, hypothesis_rows
 from .reports.hypothesis_verdict import hypothesis_verdict
 from .reports.reproduction_report import reproduction_report
+from .reports.safety_report import safety_report, sequence_lines
 from .reports.study_report import study_report
 from .reports.survey_report import survey_report
 from .style import law_name, plain_text
@@ -55,8 +56,10 @@ __all__ = [
     "replay",
     "reproduction_report",
     "run_figure",
+    "safety_report",
     "save_figure",
     "self_motion_figure",
+    "sequence_lines",
     "shares_figure",
     "stability_figure",
     "study_figure",

@@ -15,6 +15,7 @@ from aspect_control.redundancy import compile_kernels
 
 from . import arms
 from .closed_loop import closed_loop
+from .guards import guards
 from .pieces import arms_timed, pieces
 from .programs import not_installed, programs
 from .rivals import rivals, rivals_not_installed
@@ -78,6 +79,7 @@ def _laws(arm: Arm, rounds: int, *, with_literal: bool) -> list[Part]:
         ("ticks of planar 3R", lambda: ticks("planar 3R, xy", arms.planar(), rounds, with_literal=with_literal)),
         ("ticks of Panda, pose", lambda: ticks("Panda, pose", arms.panda("pose"), rounds, with_literal=with_literal)),
         ("every tick of a motion", lambda: [*every_tick_of_a_motion(arm, TICKS_A_ROUND * rounds)]),
+        ("guards", lambda: guards(arm, max(3, rounds // 3))),
         ("many minors", lambda: many_minors(rounds)),
         ("quadratic programs", lambda: programs(arm, rounds)),
         ("closed loop", lambda: closed_loop(arm, max(3, rounds // 3))),

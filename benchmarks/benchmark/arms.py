@@ -62,10 +62,15 @@ def samples(arm: Arm, count: int = STATES) -> list[Sample]:
     return found
 
 
-def motion(arm: Arm) -> list[Sample]:
-    """Return every sample of a straight line of 0.25 s of Panda at 1 kHz, under the law with damped self-motion."""
+def motion(arm: Arm, distance: float = 0.1) -> list[Sample]:
+    """Return every sample of a straight line of 0.25 s of Panda at 1 kHz, under the law with damped self-motion.
+
+    Args:
+        arm: Panda with the position of its tool as the task.
+        distance: How far the tool is moved along each axis, m.
+    """
     q0 = arm.configuration([0.3, 0.4, 0.2, -1.8, 0.1, 1.9, 0.5])
-    run = simulate(controllers.create("damped-null-space", arm), StraightLine([0.1, 0.1, 0.1], 0.25), q0=q0)
+    run = simulate(controllers.create("damped-null-space", arm), StraightLine([distance] * 3, 0.25), q0=q0)
     return [
         Sample(q, v, Target(*desired), arm.state(q, v))
         for q, v, *desired in zip(run.q, run.v, run.x_desired, run.dx_desired, run.ddx_desired, strict=True)

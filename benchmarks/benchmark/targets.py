@@ -9,6 +9,7 @@ import numpy as np
 
 from oracles.literal import LAWS
 
+from .guards import ADDED
 from .timing import COMPILED, NUMPY, EveryTick, Row
 
 TICKS = {NUMPY: (9.0, 20.0), COMPILED: (2.5, 3.5)}
@@ -19,6 +20,10 @@ SOLVERS = {"osqp": (10.0, 40.0), "daqp": (6.0, 15.0)}
 
 TARGET = 0.58
 """The most that a trajectory's target may take, in floors: 3 µs where the floor takes 5.2."""
+
+
+GUARD = 1.0
+"""The most that a guard may add to a tick, in floors."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +76,11 @@ def verdicts(rows: list[Row]) -> list[Verdict]:
             result.append(Verdict(what, 1.6, row.ratio if row else None))
     measured = between(f"Panda, xyz: closed loop, pseudoinverse, {NUMPY}", "target", "floor")
     result.append(Verdict(f"a trajectory's target ≤ {TARGET:g} × floor", TARGET, measured))
+    for mode in TICKS:
+        for law in ("pseudoinverse", "jmdc"):
+            row = found.get((f"Panda, xyz: a guard around {law}, {mode}", ADDED))
+            what = f"what a guard adds to a tick of {law}, {mode} ≤ {GUARD:g} × floor"
+            result.append(Verdict(what, GUARD, row.ratio if row else None))
     return result + _of_starting(found)
 
 

@@ -246,7 +246,7 @@ import pseudoinverse_cost
 import benchmark
 find = importlib.util.find_spec
 benchmark.find_spec = lambda name: None if name == {hidden!r} else find(name)
-for name in ("programs", "pieces", "closed_loop", "many_minors", "startup"):
+for name in ("programs", "pieces", "closed_loop", "guards", "many_minors", "startup"):
     setattr(benchmark, name, lambda *_, **__: [])
 benchmark.arms_timed = lambda: {{}}
 benchmark.TICKS_A_ROUND = 10

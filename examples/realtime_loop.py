@@ -36,7 +36,7 @@ COLUMNS = [
 def motion(duration: float, file: str) -> tuple[ac.Run, Timing]:
     """Go round a circle every four seconds, and save the recording."""
     arm = ac.Arm.from_example("panda", frame="panda_hand_tcp", task="xyz")
-    law = ac.controllers.create("damped-null-space", arm, kp=400.0, kv=40.0)
+    law = ac.Guard(ac.controllers.create("damped-null-space", arm, kp=400.0, kv=40.0))
     log = []
     with SimulationProcess(arm, READY) as simulation, simulation.connect() as robot:
         loop = ac.RealTimeLoop(robot, law, dt=1e-3, watch=lambda s: log.append({"t": s.t, "q": s.q.tolist()}))

@@ -36,7 +36,12 @@ def test_the_python_examples_run(tmp_path, monkeypatch, capsys):
     names: dict[str, object] = {}
     for block in re.findall(r"```python\n(.*?)```", README, re.DOTALL):
         exec(block, names)  # noqa: S102
-    assert capsys.readouterr().out.startswith("finished 18.0")
+    lines = capsys.readouterr().out.splitlines()
+    guarded = names["loop"].run  # on a machine that is busy the simulated robot may miss its commands and brake
+    assert lines[0] == guarded.message
+    assert guarded.status == "finished" or "takes no more commands" in guarded.message
+    assert names["safe"].status.state == "running"
+    assert any(line.startswith("finished 18.0") for line in lines)
     assert names["again"] == names["run"]
     with Image.open("trajectory-a.gif") as made, Image.open(ROOT / "docs" / "images" / "trajectory-a.gif") as shown:
         assert (made.n_frames, made.size) == (shown.n_frames, shown.size)

@@ -68,3 +68,7 @@ def use() -> None:
     assert_type(loop.timing.tick.p99_9, float)
     run.save("run.npz")
     assert_type(ac.Run.load("run.npz"), ac.Run)
+    study = ac.Study.load("examples/studies/planar3r-study.toml")
+    assert_type(study.hash, str)
+    assert_type(study.record("planar3r", 0, "jmdc"), ac.Run)
+    assert_type(run.metrics(), dict[str, float | int | bool | str | None])

@@ -14,7 +14,7 @@ class Plant(ABC):
     """What moves under a torque, in the joint coordinates of an arm.
 
     Attributes:
-        name: Name in the registry.
+        name: Name in the registry; that of the class for a plant that is in none.
         arm: The arm whose joint coordinates q, v and τ are.
     """
 
@@ -29,6 +29,12 @@ class Plant(ABC):
         if not isinstance(arm, Arm):
             raise ParameterError(f"a plant is made for an Arm, got {shown(arm)}")
         self.arm = arm
+
+    def __init_subclass__(cls) -> None:
+        """Name a plant that has no name of its own."""
+        super().__init_subclass__()
+        if not hasattr(cls, "name"):
+            cls.name = cls.__name__
 
     @abstractmethod
     def acceleration(self, q: Array, v: Array, tau: Array) -> Array:

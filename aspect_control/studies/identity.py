@@ -19,14 +19,12 @@ def identity(study: Study) -> dict[str, Any]:
     """Return all that decides what the runs of a study come to, as plain data.
 
     Descriptions, the report and the folders that files were found in are no part of it; what the robots' files say is.
+    Nor are sections that a scenario does not have, so that a kind of section that is added later changes nothing.
     """
     return {
         **study.definition.model_dump(mode="json", include={"motions", "endings"}),
         "points": study.points,
-        "scenarios": {
-            name: scenario.model_dump(mode="json", exclude={"description", "folder"})
-            for name, scenario in study.scenarios.items()
-        },
+        "scenarios": {name: _sections(scenario) for name, scenario in study.scenarios.items()},
         "robots": {name: _robot(scenario) for name, scenario in study.scenarios.items()},
     }
 
@@ -46,6 +44,11 @@ def require_identity(study: Study) -> None:
 def digest(content: Any) -> str:
     """Return the SHA-256 of plain data, in hexadecimal digits."""
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _sections(scenario: Scenario) -> dict[str, Any]:
+    dumped = scenario.model_dump(mode="json", exclude={"description", "folder"})
+    return {name: section for name, section in dumped.items() if section is not None}
 
 
 def _robot(scenario: Scenario) -> str:

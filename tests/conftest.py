@@ -4,7 +4,9 @@ import pytest
 from hypothesis import settings
 
 from aspect_control import Arm
+from aspect_control.redundancy import kernels
 from aspect_control.resources import model_path
+from aspect_control.studies.warm import warm_up
 
 settings.register_profile("suite", deadline=None, derandomize=True, max_examples=60)
 settings.load_profile("suite")
@@ -45,6 +47,15 @@ def seven_joint_urdf():
         for i, (xyz, rpy, axis) in enumerate(JOINTS, start=1)
     ]
     return f'<robot name="seven">\n  <link name="base"/>{"".join(links)}{TOOL}\n</robot>\n'
+
+
+@pytest.fixture(scope="module", autouse=True)
+def plain_numpy_again():
+    """What a study compiles in this process is plain NumPy again for the tests of the next file."""
+    yield
+    for each in kernels._KERNELS:
+        each._call, each.is_compiled = each.text, False
+    warm_up.cache_clear()
 
 
 @pytest.fixture(scope="session")

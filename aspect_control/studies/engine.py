@@ -62,15 +62,14 @@ def run_study(
         )
     chosen = study.chunks_of(shard)
     folder = None if out is None else ShardFolder(study, out)
-    if folder is not None and not resume:
-        folder.clear()
-    there = {} if folder is None else folder.finished(chosen)
+    there = folder.finished(chosen) if folder is not None and resume else {}
     missing = [chunk for chunk in chosen if chunk not in there]
     tables: dict[int, pa.Table] = {}
     if missing:
         study.require_buildable()
         if folder is not None:
             folder.begin()
+            folder.clear(missing)
         count = Count(study, chosen, there, progress)
         with spread(study, missing, workers, engine, scheduler) as results:
             for chunk, rows in results:

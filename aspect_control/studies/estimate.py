@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-import warnings
 
-from ..exceptions import AspectBorderWarning, UndefinedCriterionWarning
-from ..simulation import Sample, simulate
+from ..simulation import Sample
 from .study import Study
 from .warm import warm_up
 
@@ -58,19 +56,5 @@ def _seconds_a_sample(study: Study, scenario: str, law: str) -> float:
             raise _EnoughTimedError
 
     started = time.perf_counter()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", AspectBorderWarning)
-        warnings.simplefilter("ignore", UndefinedCriterionWarning)
-        run = simulate(
-            setup.laws[law],
-            motion.trajectory,
-            q0=motion.q0,
-            v0=motion.v0,
-            dt=setup.dt,
-            plant=setup.plant,
-            integrator=setup.integrator,
-            events=setup.events,
-            watch=watch,
-        )
-        run.metrics()
+    motion.simulate(setup, law, watch=watch).metrics()
     return (time.perf_counter() - started) / count

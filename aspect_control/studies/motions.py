@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -16,7 +17,7 @@ from ..arm.tasks import TaskValue
 from ..exceptions import AspectBorderWarning, ParameterError, ScenarioError, ShapeError, UndefinedCriterionWarning
 from ..redundancy import Array
 from ..scenario import Setup
-from ..simulation import Run, completed, simulate
+from ..simulation import Run, Sample, simulate
 from ..trajectories import StraightLine, Trajectory, Waypoints
 
 SHORTEST, LONGEST = 0.5, 1.5
@@ -44,13 +45,16 @@ class Motion(NamedTuple):
     on_border: int | None = None
     wrong_length: int | None = None
 
-    def record(self, setup: Setup, law: str, dt: float | None = None) -> Run:
+    def simulate(
+        self, setup: Setup, law: str, dt: float | None = None, watch: Callable[[Sample], None] | None = None
+    ) -> Run:
         """Run a law of a scenario on the motion.
 
         Args:
             setup: The scenario.
             law: Label of the law.
             dt: Sampling time if it is not to be that of the scenario, s.
+            watch: Called with every sample, see `simulation.simulate`.
 
         Raises:
             AspectControlError: As `simulate` does.
@@ -58,7 +62,7 @@ class Motion(NamedTuple):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", AspectBorderWarning)
             warnings.simplefilter("ignore", UndefinedCriterionWarning)
-            run = simulate(
+            return simulate(
                 setup.laws[law],
                 self.trajectory,
                 q0=self.q0,
@@ -68,8 +72,8 @@ class Motion(NamedTuple):
                 integrator=setup.integrator,
                 saturation=setup.saturation,
                 events=setup.events,
+                watch=watch,
             )
-        return completed(run)
 
 
 @dataclass(frozen=True)

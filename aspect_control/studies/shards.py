@@ -94,10 +94,10 @@ class ShardFolder:
         with atomic_path(self.path(chunk)) as temporary:
             pq.write_table(table, temporary)
 
-    def clear(self) -> None:
-        """Remove the chunks of this study."""
-        for path in sorted((self.folder / "shards").glob("[0-9]*.parquet")):
-            path.unlink()
+    def clear(self, chunks: Iterable[int]) -> None:
+        """Remove what is there of some chunks."""
+        for chunk in chunks:
+            self.path(chunk).unlink(missing_ok=True)
 
     def table(self) -> pa.Table:
         """Return all rows that are there.

@@ -13,7 +13,7 @@ from ..checks import known_name, whole_number
 from ..exceptions import StudyError
 from ..scenario import Setup, changed
 from ..scenario.setup import start_configuration, start_velocity
-from ..simulation import Run
+from ..simulation import Run, completed
 from .cases import Case, Place, cases_of, chunk_size, part
 from .definition import StudyDefinition, define, read_definition
 from .identity import digest, identity
@@ -188,7 +188,7 @@ class Study:
         self.case(Place(scenario, sample, law, point))
         setup, motion = self.setup(scenario, point), self.motion(scenario, sample, point)
         warm_up()
-        return motion.record(setup, law, dt)
+        return completed(motion.simulate(setup, law, dt))
 
     def run(
         self,

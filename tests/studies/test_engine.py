@@ -75,6 +75,23 @@ def test_what_is_there_is_not_run_again(small, table, tmp_path):
     assert not {path.stat().st_mtime_ns for path in shards_of(tmp_path)} & set(first.values())
 
 
+def test_made_anew_costs_neither_other_parts_nor_what_cannot_be_made_again(small, tmp_path, monkeypatch):
+    small.run(tmp_path)
+    first = {path: path.stat().st_mtime_ns for path in shards_of(tmp_path)}
+    small.run(tmp_path, shard="2/4", resume=False)
+    kept = {path: path.stat().st_mtime_ns for path in shards_of(tmp_path)}.items() & first.items()
+    assert len(kept) == small.chunks - len(small.chunks_of("2/4"))
+
+    def refused(self):
+        raise ParameterError("a law that cannot be built")
+
+    before = {path: path.stat().st_mtime_ns for path in shards_of(tmp_path)}
+    monkeypatch.setattr(ac.Study, "require_buildable", refused)
+    with pytest.raises(ParameterError):
+        small.run(tmp_path, resume=False)
+    assert {path: path.stat().st_mtime_ns for path in shards_of(tmp_path)} == before
+
+
 def test_shards_of_a_queue_are_merged(small, table, tmp_path):
     for part in ("1/3", "3/3"):
         small.run(tmp_path / part[0], shard=part)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 THRESHOLD = 10.0
-"""Peak torque over the reference beyond which a run counts as exploded."""
+"""Peak torque over the reference beyond which a run counts as exploded, where only one threshold is used."""
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,12 @@ the statistics.
 
 from __future__ import annotations
 
+from ..study_summary import THRESHOLD
 from .aspect_table import AspectTable, paired_difference, rank_correlation
 from .condition import Condition, conditions
 from .evidence import Evidence, Part, evidence, results_of, stored
 from .hypothesis_study import ABLATION, hypothesis_study
-from .result import EXPLODED_INSIDE, LEFT_AND_CALM, THRESHOLD, THRESHOLDS, Counterexample, HypothesisResult
+from .result import EXPLODED_INSIDE, LEFT_AND_CALM, THRESHOLDS, Counterexample, HypothesisResult
 
 __all__ = [
     "ABLATION",

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...files import atomic_path, sha256
 from ..study import Study
+from ..study_summary import THRESHOLD
 from .condition import conditions
-from .result import THRESHOLD, THRESHOLDS, HypothesisResult
+from .result import THRESHOLDS, HypothesisResult
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from ..cases import Place
 from ..rows import ERROR
 from ..study import Study
+from ..study_summary import THRESHOLD
 from .aspect_table import AspectTable, paired_difference, rank_correlation
 from .condition import Condition
 from .hypothesis_study import ABLATION
@@ -31,9 +32,6 @@ if TYPE_CHECKING:
 
 THRESHOLDS = (2.0, 3.0, 10.0, 30.0, 100.0)
 """Peak torques over the reference beyond which a run counts as exploded; 2 is also the survey's."""
-
-THRESHOLD = 10.0
-"""The threshold that is used where only one is."""
 
 LEFT_AND_CALM, EXPLODED_INSIDE = "left and calm", "kept and exploded"
 """The two kinds of counterexamples: to the necessity of keeping the aspect, and to its sufficiency."""
